@@ -327,13 +327,21 @@ fn free_bodies_are_searched_for_across_their_motion() {
 fn equilibria_at_zero_are_found() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("code");
     fs::create_dir_all(&folder).unwrap();
-    let path = folder.join("zero.lag");
-    let text = "param a = 0.1  param c = 0.2  param b = 0.3
-        coord x  T = 1/2*x'^2  V = 1/2*(x + a + c - b)^2 + 1/4*(x + a + c - b)^4
-        guess x = 0.1";
-    fs::write(&path, text).unwrap();
-    for language in ["c", "rust", "python"] {
-        check(&path, language);
+    for (name, text) in [
+        (
+            "zero.lag",
+            "param a = 0.1  param c = 0.2  param b = 0.3
+             coord x  T = 1/2*x'^2  V = 1/2*(x + a + c - b)^2 + 1/4*(x + a + c - b)^4
+             guess x = 0.1",
+        ),
+        // Steps towards it shrink by a third only, for long.
+        ("slow.lag", "param F = 1e-30  coord y  T = 1/2*y'^2  V = 1/4*y^4 + 1/6*y^6 - F*y  guess y = 1"),
+    ] {
+        let path = folder.join(name);
+        fs::write(&path, text).unwrap();
+        for language in ["c", "rust", "python"] {
+            check(&path, language);
+        }
     }
 }
 

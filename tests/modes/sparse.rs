@@ -506,3 +506,17 @@ fn forces_stress_what_is_no_element() {
         assert!(found.modes.iter().all(|own| own.kind != Kind::Zero));
     }
 }
+
+/// A force on a cart says nothing of a mass on one spring at its natural length beside it.
+#[test]
+fn forces_elsewhere_leave_mechanisms() {
+    let text = "param k = 2  param s = 0.3
+        coord x, y, w
+        T = 1/2*(x'^2 + y'^2 + w'^2)
+        V = 1/2*k*(sqrt((x - 1)^2 + (y - 2)^2) - sqrt(5))^2 + 1/2*k*w^2
+        force w = s*cos(w)
+        equilibrium x = 0
+        equilibrium y = 0";
+    let found = modes(text, 1, &Options::default());
+    assert_eq!((found.stability, found.modes[0].kind), (Stability::Neutral, Kind::Zero));
+}

@@ -572,3 +572,20 @@ fn what_is_grazed_is_not_missed() {
     let last: Vec<f64> = csv.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
     assert!((last[1] - 2.011_933_473_658).abs() < 1e-9 && (last[2] - 2.005_962_847_940).abs() < 1e-9, "{csv}");
 }
+
+/// Stops that are met one soon after the other, in whatever order they are written.
+#[test]
+fn stops_are_passed_in_the_order_of_time() {
+    for (force, y, rate) in [
+        ("abs(x - 1.01)/(x - 1.01) + abs(x - 1)/(x - 1)", -2.0199, -0.02),
+        ("abs(x - 1)/(x - 1) + abs(x - 1.01)/(x - 1.01)", -2.0199, -0.02),
+        // x = t.
+        ("abs(x - 1.01) + abs(x - 1)", 2.010_099_666_666_667, 2.0001),
+    ] {
+        let model = model(&format!("coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = 0*x  force y = {force}"));
+        let csv = motion_csv(&model, &motion(&model, "x=0, x'=1, y=0", "2", 2), None, 10);
+        let last: Vec<f64> = csv.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+        let (own, own_rate) = (last[2], last[4]);
+        assert!((own - y).abs() < 2e-9 && (own_rate - rate).abs() < 2e-9, "{force}: {csv}");
+    }
+}

@@ -22,6 +22,8 @@ use crate::polynomial::{Polynomial, determinant};
 use crate::symmetry::Symmetry;
 use crate::syntax::Comparison;
 
+/// K of more coordinates is not looked at.
+const MOST_MINORS: usize = 4;
 /// Conditions of so few coordinates with friction are short whatever it does.
 const FEW: usize = 2;
 /// Of models with more coordinates only frequencies are examined.
@@ -215,7 +217,9 @@ impl Factored {
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
         let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
         // Exponents of several factors may be equal, without vectors enough.
-        let apart = conservative || self.even_of_one_part().next().is_none();
+        let circulatory = linear.circulatory.is_some();
+        let bounded = conservative || !circulatory && is_definite(checker, pool, linear) == Some(true);
+        let apart = bounded || self.even_of_one_part().next().is_none();
         let settled = apart && all.as_ref().is_some_and(|all| self.signs.are_settled(all));
         let kept = all.map(|all| essential(&all, &self.signs));
         let found = kept.as_ref().and_then(|kept| self.conditions(checker, pool, kept));
@@ -226,8 +230,7 @@ impl Factored {
         }
         // Equal exponents have vectors enough where the energy keeps motions in bounds: without circulatory forces, with K definite. With
         // gyroscopic ones alone they may have elsewhere, which is not looked into: a page says that there are special values.
-        let circulatory = linear.circulatory.is_some();
-        if circulatory || !conservative && is_definite(checker, pool, linear) != Some(true) {
+        if !bounded {
             let mut known = self.signs.clone();
             told.iter().flatten().for_each(|own| known.learn(own));
             let distinct = self.distinct(pool, &known)?.into_iter();
@@ -383,7 +386,7 @@ fn of_values(checker: &Checker<'_>, pool: &Pool, ring: &Ring, signs: &Signs) -> 
 fn is_definite(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Option<bool> {
     let n = linear.stiffness.len();
     let known = known(checker, pool, linear);
-    let expanded = if n > FEW { None } else { Expanded::new(pool, &linear.stiffness.concat()) }?;
+    let expanded = if n > MOST_MINORS { None } else { Expanded::new(pool, &linear.stiffness.concat()) }?;
     let ring = Ring::new(pool, std::iter::once(&expanded).chain(&known));
     let rows = ring.of_signs(&expanded)?;
     let minor = |size: usize| determinant((0..size).map(|i| rows[n * i..n * i + size].to_vec()).collect());

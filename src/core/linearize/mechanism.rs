@@ -1,7 +1,7 @@
 //! Motions that stretch no element: the kernel of the matrix of all ∇s.
 //!
-//! Take coordinates S and the elements E that depend on any of them, fewer than S has coordinates. The
-//! forces on S vanish: Σ_E phi_e' ∇s_e = 0 in S. If these ∇s_e, cut to S, are linearly independent, every
+//! Take coordinates S on which no generalised force acts at rest, and the elements E that depend on any of them, fewer than S has
+//! coordinates. The forces on S vanish: Σ_E phi_e' ∇s_e = 0 in S. If these ∇s_e, cut to S, are linearly independent, every
 //! phi_e' of E is 0 exactly, however the numbers round; so K x = Σ phi_e'' ∇s_e (∇s_e·x) for x in S, and it
 //! vanishes for the x that all ∇s_e annihilate, |S| - |E| of them at least. Balls enclose a basis: a
 //! pivot whose ball excludes 0 proves the independence of its row. Nothing is concluded where a
@@ -44,7 +44,8 @@ pub(crate) fn kernel<S: Enclosure>(
     let (zero, one) = (number(0), number(1));
     let slopes = assembly.slopes(at, values);
     let (loose, touching) = loose(n, &slopes);
-    if loose.is_empty() || loose.len() > MOST {
+    let unforced = assembly.without_force_at_rest(n);
+    if loose.is_empty() || loose.len() > MOST || !loose.iter().all(|i| unforced[*i]) {
         return None;
     }
     let mut place = vec![usize::MAX; n];

@@ -95,8 +95,7 @@ pub(crate) fn zero_modes(own: &Linearized, others: bool) -> Vec<ZeroMode> {
         let (vector, meaning) = (symmetry.vector(at, ()), symmetry.meaning.clone());
         add(&mut kept, ZeroMode { vector, meaning, ground: Ground::Symmetry(symmetry) });
     }
-    let mechanism = if assembly.acts_at_rest() { None } else { mechanism::kernel(assembly, at, values, None) };
-    if let Some(mechanism::Kernel { pivots, vectors }) = mechanism {
+    if let Some(mechanism::Kernel { pivots, vectors }) = mechanism::kernel(assembly, at, values, None) {
         for (own, vector) in vectors {
             let ground = Ground::Mechanism { pivots: pivots.clone(), own };
             add(&mut kept, ZeroMode { vector, meaning: NO_FORCE.to_owned(), ground });

@@ -18,7 +18,7 @@
         if (last) break;
         /* Or no shorter any more, beside 0. */
         largest = fmax(largest, fmax(step, scale));
-        last = step <= 1e-9*scale || (step >= 0.5*before && step <= 1e-9*largest);
+        last = step <= 1e-9*scale || (step >= before && step <= 4e-15*largest);
         before = step;
     }
     if (!last) for (i = 0; i < COUNT; i++) q[which[i]] = NAN;

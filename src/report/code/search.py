@@ -14,7 +14,7 @@
         step = max(map(abs, f))
         scale = max(abs(q[at]) for at in which)
         largest = max(largest, step, scale)
-        last = step <= 1e-9*scale or (step >= 0.5*before and step <= 1e-9*largest)
+        last = step <= 1e-9*scale or before <= step <= 4e-15*largest
         before = step
     if not last:
         for at in which:

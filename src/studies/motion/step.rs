@@ -66,6 +66,16 @@ impl Real for DoubleDouble {
     const ROUNDING: f64 = 1e-31;
 }
 
+/// Where a kink is passed.
+#[derive(Clone, Copy)]
+struct Crossing<S> {
+    /// The number of the absolute value.
+    at: usize,
+    /// Whether it is before the first place of the step that is looked at.
+    is_at_start: bool,
+    when: S,
+}
+
 /// Steps of some order, with what is left out of each beside the size of each coordinate.
 pub(super) struct Stepper<'a, S: Real> {
     pub(super) equations: &'a Equations,
@@ -232,7 +242,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             return Ok(None);
         }
         let fresh = self.fresh.take();
-        let mut first: Option<(f64, f64, usize)> = None;
+        let mut first: Option<Crossing<S>> = None;
         for (at, row) in self.kinks.iter().enumerate() {
             let of = |row: &[S], after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
             let value = |after: f64| of(row, after);
@@ -252,38 +262,43 @@ impl<'a, S: Real> Stepper<'a, S> {
             let mut before = 0.0;
             for place in 1..=SAMPLES {
                 let after = length * count(place) / count(SAMPLES);
-                if first.is_some_and(|known| known.0 <= before) {
+                if first.is_some_and(|known| known.when.middle() <= before) {
                     break;
                 }
                 if let Some(below) = if value(after) < 0.0 { Some(after) } else { dip(before, after) } {
-                    if first.is_none_or(|known| below <= known.1) {
-                        first = Some((before, below, at));
+                    let when = self.crossing(at, before, below);
+                    if first.is_none_or(|known| when.sub(&known.when).middle() <= 0.0) {
+                        first = Some(Crossing { at, is_at_start: before == 0.0, when });
                     }
                     break;
                 }
                 before = after;
             }
         }
-        let Some((low, high, at)) = first else { return Ok(None) };
+        let Some(Crossing { at, is_at_start, when }) = first else { return Ok(None) };
         // It turns back at once: forces on both sides lead to the kink.
         let turns_back = self.signs[at] * self.kinks[at][1].middle() < 0.0;
-        if low == 0.0 && turns_back && fresh == Some(at) {
+        if is_at_start && turns_back && fresh == Some(at) {
             return Err(Trouble::Kink);
         }
+        self.signs[at] = -self.signs[at];
+        self.fresh = Some(at);
+        Ok(Some(when))
+    }
+
+    /// Where between two times what an absolute value is taken of changes its sign, on the side behind.
+    fn crossing(&self, at: usize, low: f64, high: f64) -> S {
         let unit = S::exact(self.unit);
         let (mut low, mut high) = (S::exact(low), S::exact(high));
-        let sign = self.signs[at];
         for _ in 0..BISECTIONS {
             let middle = low.add(&high).mul(&S::exact(0.5));
-            if sign * horner(&self.kinks[at], &middle.div(&unit)).middle() < 0.0 {
+            if self.signs[at] * horner(&self.kinks[at], &middle.div(&unit)).middle() < 0.0 {
                 high = middle;
             } else {
                 low = middle;
             }
         }
-        self.signs[at] = -sign;
-        self.fresh = Some(at);
-        Ok(Some(high))
+        high
     }
 
     /// Writes the state to order 0.
