@@ -303,7 +303,10 @@ impl<'a> Search<'a> {
             return None;
         }
         // All that are close to the last one that is wanted, searched for among twice as many each time.
-        let wanted = elastic.min(n - zeros);
+        let wanted = elastic.min(n.saturating_sub(zeros));
+        if wanted == 0 {
+            return None;
+        }
         let mut most = wanted;
         let (starts, count) = loop {
             let starts = bands.bisect(&(zeros..(zeros + most + 1).min(n)))?;
@@ -311,7 +314,7 @@ impl<'a> Search<'a> {
                 Some([last, next]) => next - last > APART * next.abs().max(last.abs()),
                 _ => true,
             };
-            match (wanted.max(1)..=most).find(is_end) {
+            match (wanted..=most).find(is_end) {
                 Some(count) => break (starts, count),
                 None => most = (2 * most).min(n - zeros),
             }
