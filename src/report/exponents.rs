@@ -14,6 +14,8 @@ const MOST_IN_FORM: usize = 500;
 const MOST_IN_CONDITION: usize = 240;
 /// Nor where there are more of them: those of a lattice, one for each wave.
 const MOST_CONDITIONS: usize = 12;
+/// What conditions may leave open.
+const SPECIAL: &str = ", but for special values of the parameters";
 
 /// What the page has beside frequencies: of conservative models what stability needs, of others the characteristic equation and its
 /// zeros too. `names` are those of the whole model.
@@ -93,7 +95,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     // Squares count as positive. Of a condition that signs have made a number nothing is left open.
     let under = if assumed && !by_signs { ", under the assumptions" } else { "" };
     let has_parameters = own.characteristic.as_ref().is_none_or(|all| !pool.symbols_of(all).is_empty());
-    let special = if own.settled { "" } else { ", but for special values of the parameters" };
+    let special = if own.settled { "" } else { SPECIAL };
     let hedge = if has_parameters { format!("{under}{special}") } else { String::new() };
     let is_number = |own: ExprId| pool.as_number(own).is_some();
     let definite = all.iter().any(|own| own.open.is_some_and(is_number) && !is_number(own.positive));
@@ -105,8 +107,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     } else if !open.is_empty() {
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
         if texts.len() <= MOST_CONDITIONS && texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
-            let special =
-                if all.iter().any(|own| own.special) { ", but for special values of the parameters" } else { "" };
+            let special = if all.iter().any(|own| own.special) { SPECIAL } else { "" };
             parts.push(section(&format!("stable while{with}{special}"), texts));
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));

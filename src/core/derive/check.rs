@@ -174,9 +174,8 @@ impl<'a> Checker<'a> {
 
     /// Whether a parameter is negative, where it has a value that tells.
     pub(super) fn sign(&self, symbol: Symbol) -> Option<bool> {
-        let mut parameters = self.model.parameters.iter();
-        parameters.find(|parameter| parameter.symbol == symbol)?.value?;
-        self.values.get(&symbol).filter(|value| !value.contains_zero()).map(Ball::is_negative)
+        let value = self.values.get(&symbol).filter(|value| self.has_value(symbol) && !value.contains_zero());
+        value.map(Ball::is_negative)
     }
 
     /// What the numbers of the other path are measured in, where that is not SI.

@@ -356,8 +356,8 @@ impl<S: Enclosure> Matrices<S> {
         product
     }
 
-    /// The reciprocal y of the response of a coordinate to forces that are all real, or all imaginary, in some unit: y and z = x y solve A z = f y with z = 1 for that
-    /// coordinate, which is regular at a resonance, too.
+    /// The reciprocal y of the response of a coordinate to forces that are all real, or all imaginary, in some unit: y and z = x y solve
+    /// A z = f y with z = 1 for that coordinate, which is regular at a resonance, too.
     pub(super) fn reciprocal(&self, force: &Slope<S>, output: usize) -> Option<Complex<S>> {
         let mut own = self.clone();
         let last = own.order;
