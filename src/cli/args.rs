@@ -1,6 +1,7 @@
 //! What can be typed.
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -23,8 +24,9 @@ use super::watch::Watch;
 
 /// What a command does, and its examples.
 fn help(command: &str) -> [String; 2] {
-    let mut all = include_str!("help.txt").split("\n== ");
-    let own = all.find_map(|own| own.strip_prefix(command)?.strip_prefix('\n')).unwrap_or_default();
+    // Each start asks for all of them.
+    static ALL: LazyLock<Vec<&str>> = LazyLock::new(|| include_str!("help.txt").split("\n== ").collect());
+    let own = ALL.iter().find_map(|own| own.strip_prefix(command)?.strip_prefix('\n')).unwrap_or_default();
     let (about, examples) = own.split_once("---\n").unwrap_or((own, ""));
     [about, examples].map(flowing)
 }

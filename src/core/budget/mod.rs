@@ -37,8 +37,8 @@ const SECONDS: u64 = 10;
 const SHORT: u64 = 8192;
 /// Memory for each byte of input beyond that.
 const BYTES_A_BYTE: u64 = 2000;
-/// A build for tests takes so many times as long.
-const SLOW_BUILD: u64 = if cfg!(debug_assertions) { 6 } else { 1 };
+/// A build without optimization takes so many times as long.
+const SLOW_BUILD: u64 = if cfg!(slow_build) { 6 } else { 1 };
 
 /// How much less text than memory there may be.
 const MEMORY_FOR_TEXT: u64 = 64;

@@ -1,7 +1,6 @@
 //! The superposition of normal modes beside a motion: the linearized equations, solved exactly.
 //!
-//! With x = (q, q') they are x' = A x, and rows at equal steps follow each other by exp(A h) (for the matrix exponential:
-//! N. J. Higham, SIAM J. Matrix Anal. Appl. 26 (2005) 1179, as nalgebra has it).
+//! With x = (q, q') they are x' = A x, and rows at equal steps follow each other by exp(A h).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -32,7 +31,7 @@ pub fn superposition<'a>(
     let units = linearized.units();
     let rate = units.map_or(0, Units::rate);
     let length = move |coordinate: usize| units.map_or(0, |own| own.length(coordinate));
-    let propagator = (generator * times.at(1).scale_far(rate).mid_f64()).exp();
+    let propagator = exponential(generator * times.at(1).scale_far(rate).mid_f64());
     let rest = &linearized.equilibrium().values;
     let rates = linearized.rates();
     let free = linearized.free_coordinates();
@@ -57,4 +56,21 @@ pub fn superposition<'a>(
         state = &propagator * &state;
         values
     }))
+}
+
+/// e^A: the Taylor series of A/2^s, squared s times (C. Moler, C. Van Loan, SIAM Rev. 45 (2003) 3, methods 1 and 3; nalgebra's
+/// own needs its feature `std`, which brings five crates for products of large matrices).
+fn exponential(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    // Norms up to 1/2 are left, where 16 terms are below a rounding; what is not finite stays so.
+    let squarings = (matrix.norm().log2() + 1.0).ceil().clamp(0.0, 1100.0) as i32;
+    let small = matrix * 0.5_f64.powi(squarings);
+    let one = DMatrix::identity(small.nrows(), small.ncols());
+    let mut sum = one.clone();
+    for term in (1..=16).rev() {
+        sum = &one + &small * sum / f64::from(term);
+    }
+    for _ in 0..squarings {
+        sum = &sum * &sum;
+    }
+    sum
 }

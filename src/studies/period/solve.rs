@@ -30,6 +30,9 @@ const OUT_OF_RANGE: &str =
 /// What a barrier is examined with.
 const BITS_OF_BARRIERS: usize = 1024;
 
+/// What one is searched for with, at hundreds of places.
+const BITS_OF_PLACES: usize = 192;
+
 /// An energy nearer to the height of a barrier than this, relative to the height of the motion, counts as at the
 /// barrier where the integral fails.
 const AT_BARRIER: f64 = 1e-30;
@@ -224,19 +227,20 @@ fn look<S: Enclosure>(
 ) -> Result<Option<Big>, PeriodError> {
     let bits = BITS_OF_BARRIERS;
     let at = at.to_big(bits);
-    let mut task = Task::<Big>::new(oscillator, request, bits, oscillator.position(bits), 256, None);
+    let task_of = |bits| Task::<Big>::new(oscillator, request, bits, oscillator.position(bits), 256, None);
+    let mut task = task_of(bits);
     let unknown = || if rough { Err(not_smooth(oscillator, &at)) } else { Ok(None) };
     // Where no top is near, a barrier may still be in the way of a turning point that is asked for.
-    let unless_between = |task: &mut Task<Big>| match task.barrier_between() {
+    let unless_between = || match task_of(BITS_OF_PLACES).barrier_between() {
         Some(error) if rough => Err(error),
         Some(_) | None => unknown(),
     };
     let reach = at.sub(&task.centre).mid_f64().abs();
-    let Some((summit, height)) = task.field.summit(&at, reach) else { return unless_between(&mut task) };
+    let Some((summit, height)) = task.field.summit(&at, reach) else { return unless_between() };
     let one = task.field.number(1.0);
     let (potential, mass) = task.field.expand(&summit, &one, 3);
     if !potential.get(2).is_some_and(Enclosure::is_negative) {
-        return unless_between(&mut task);
+        return unless_between();
     }
     let centre = task.centre.clone();
     let (_, own) = task.field.expand(&centre, &one, 1);
