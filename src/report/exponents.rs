@@ -2,7 +2,7 @@
 
 use super::frequencies::{approximations, first_free, unused};
 use super::page::{Form, Line, Part, section};
-use librate_core::derive::{ClosedExponent, Derivation, Linear, greater_and_less};
+use librate_core::derive::{ClosedExponent, Derivation, Linear, Role, StabilityCondition, greater_and_less};
 use librate_core::expr::{ExprId, Node, Pool};
 use librate_core::number::Number;
 
@@ -88,7 +88,8 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     }
     let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else { return parts };
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
-    let by_signs = all.iter().any(|own| !own.special && own.open != Some(own.positive));
+    let is_told = |own: &StabilityCondition| own.role != Role::Special;
+    let by_signs = all.iter().any(|own| is_told(own) && own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
     // Where odd coefficients vanish exponents that no friction meets are on the axis.
     let assumed = !names.assumptions.is_empty();
@@ -107,7 +108,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     } else if !open.is_empty() {
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
         if texts.len() <= MOST_CONDITIONS && texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
-            let special = if all.iter().any(|own| own.special) { SPECIAL } else { "" };
+            let special = if all.iter().any(|own| own.role == Role::Special) { SPECIAL } else { "" };
             parts.push(section(&format!("stable while{with}{special}"), texts));
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));

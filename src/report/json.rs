@@ -11,7 +11,7 @@ use super::frequencies::{exchange, kind, signs};
 use super::page::{assumption_texts, condition_text, conserved_because, left_out};
 use super::{Written, damping, zero_motions};
 use librate_core::derive::{
-    CHAPTERS, Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
+    CHAPTERS, Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves, Role,
     StabilityCondition, Tangent,
 };
 use librate_core::expr::ExprId;
@@ -302,6 +302,9 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     fields.push(("exponents_complete", found.complete.to_string()));
     let conditions = |own: &Vec<StabilityCondition>| array(own.iter().map(|own| expression(page, own.positive)));
     fields.push(("stability", found.stability.as_ref().map_or_else(null, conditions)));
+    if found.stability.iter().flatten().any(|own| own.role == Role::Sufficient) {
+        fields.push(("stability_sufficient", true.to_string()));
+    }
     if linear.frequencies.is_none() && linear.damping.is_none() && linear.circulatory.is_none() {
         let squares = found.squares_of_frequencies(&mut page.pool.clone());
         let count: usize = squares.iter().map(|(_, multiplicity)| multiplicity).sum();

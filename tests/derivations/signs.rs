@@ -152,3 +152,78 @@ fn kicks_do_not_drop_out() {
     let text = "coord x  lagrangian = 1/2*x'^2 - 1/2*x^2 + x'*sqrt(1 + t^2) + x*t/sqrt(1 + t^2)";
     assert!(linearize(model(text)).is_ok());
 }
+
+/// The conditions of stability of a page.
+fn conditions(own: &Derivation) -> Option<Vec<String>> {
+    let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap().stability.clone()?;
+    Some(found.iter().map(|one| own.reduced().pool.display(one.positive)).collect())
+}
+
+/// sqrt(a + b) and sqrt(k) are no independent symbols: s² + k + sqrt(a + b) divides the determinant, K is singular.
+#[test]
+fn roots_of_one_symbol_are_not_independent() {
+    let own = page(
+        "param a = 2, b = 3, k = 1, c = 1  coord x, y  T = 1/2*(x'^2 + y'^2)
+         V = 1/2*(k + sqrt(a + b))*(x^2 + y^2) + 1/2*k*(sqrt(a + b)*x - y)^2
+         dissipation = 1/2*c*(sqrt(a + b)*x' - y')^2",
+    );
+    assert_eq!(conditions(&own), None);
+    // A block of Jordan of four at 0, with one of both signs of the root.
+    let own = page(
+        "param a = 1, b = 1  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 0
+         force x = -sqrt(a + 3*b)*x - y
+         force y = (a + 3*b)*x + sqrt(a + 3*b)*y",
+    );
+    assert_eq!(conditions(&own), None);
+}
+
+/// What is positive or 0 is 0 for some values, as squares are; and what equal parameters need says nothing of others.
+#[test]
+fn stability_at_zero_is_excluded() {
+    let of = |text: &str| conditions(&page(&format!("coord x, y  {text}"))).unwrap();
+    let free = "T = 1/2*(x'^2 + y'^2)  V = 1/2*a*(x^2 + y^2)  dissipation = 1/2*(x'^2 + y'^2)";
+    assert_eq!(of(&format!("param a = 0  assume a >= 0  {free}")), ["a"]);
+    assert_eq!(of(&format!("param a = 1  assume a > 0  {free}")), [""; 0]);
+    let turned = "param k, g  T = 1/2*(x'^2 + y'^2) + g*(x*y' - y*x')  V = 1/2*k*(x^2 + y^2)";
+    assert_eq!(of(turned), ["k + g^2", "k^2"]);
+    let own = page("param a, b  coord x  T = 1/2*x'^2  V = 1/2*(a - b)^2*x^2");
+    assert_eq!(conditions(&own).unwrap(), ["(b - a)^2"]);
+    let own = page(
+        "param n = 7, k[1..8] = 1, D = 100  coord x[1..n]  T = sum(i in 1..n, 1/2*x[i]'^2)
+         V = sum(i in 1..n-1, 1/2*k[i+1]*(x[i+1] - x[i])^2) + 1/2*k[1]*x[1]^2 + 1/2*k[8]*x[n]^2
+           + D*(k[1] - k[2])*x[1]*x[7]",
+    );
+    assert_eq!(conditions(&own), None);
+}
+
+/// Friction of each of three dampers is more than is needed.
+#[test]
+fn conditions_that_are_too_strong_are_told() {
+    let of = |dampers: [&str; 3]| {
+        let [a, b, c] = dampers;
+        let own = page(&format!(
+            "param k = 1, c1 = 1, c2 = 1, c3 = 1/100  coord x[1..3]  T = 1/2*dot(x', x')
+             V = 1/2*k*(x[1]^2 + (x[2] - x[1])^2 + (x[3] - x[2])^2 + x[3]^2)
+             dissipation = 1/2*({a}*x[1]'^2 + {b}*x[2]'^2 + {c}*x[3]'^2)"
+        ));
+        let found = own.linear.unwrap().exponents.unwrap().stability.unwrap();
+        found.iter().filter(|one| format!("{:?}", one.role) == "Sufficient").count()
+    };
+    assert_eq!((of(["c1", "c2", "c3"]), of(["c1", "c1", "2*c1"])), (3, 0));
+}
+
+/// A parameter that is tiny makes no two values one, and no bars are dropped from friction.
+#[test]
+fn what_is_small_or_in_bars_is_not_lost() {
+    let own =
+        page("param k = 1, e = 1e-36, m = 1  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*x^2 + 1/2*(k + e)*y^2");
+    let found = squares(&own, &[("k", 1.0), ("e", 3.0), ("m", 1.0)]);
+    assert_eq!(found, [1.0, 4.0]);
+    let own = page(
+        "param k = 1, c1 = 1, c2 = 1.5  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  dissipation = 1/2*abs(c1 - c2)*x'^2",
+    );
+    let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+    let values = [("k", 1.0), ("c1", 1.5), ("c2", 1.0)];
+    assert!(found.exponents.iter().all(|one| at(&own, one.real, &values) == -0.25));
+    assert!(found.exponents.iter().all(|one| at(&own, one.damping_ratio.unwrap(), &values) == 0.25));
+}

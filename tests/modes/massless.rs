@@ -269,3 +269,15 @@ fn what_hardly_moves_a_mass_is_normalised_by_it() {
         assert!(own.vector_error_bound <= 1e-14 * ratio, "{own:?}");
     }
 }
+
+/// With friction alone at what has no inertia an exponent is added to make the pencil regular: here the first one that is tried, -89/64,
+/// is one of the model, too.
+#[test]
+fn an_exponent_that_is_added_may_be_there() {
+    let (_, normal) = solved(
+        "param ky = pi/6  param q = exp(1)/20  param s = 89/64  param kx = q^2/(ky - s) - s^2 + 0.9*s
+         coord x, y  T = 1/2*x'^2  V = 1/2*kx*x^2 + q*x*y + 1/2*ky*y^2  dissipation = 1/2*0.9*x'^2 + 1/2*y'^2",
+    );
+    let growths: Vec<f64> = normal.modes.iter().map(|mode| mode.growth.mid_f64()).collect();
+    assert_eq!(growths, [0.511_213_986_220_822_2, -0.544_187_761_819_121_1, -1.390_625]);
+}

@@ -6,7 +6,7 @@
 use super::Linear;
 use super::blocks::{adapted, commuting_mirrors};
 use super::check::Checker;
-use super::exponents::StabilityCondition;
+use super::exponents::{Role, StabilityCondition};
 use super::frequencies::Case;
 use super::pair::Pair;
 use super::pervasive::Pervasive;
@@ -109,14 +109,14 @@ impl Factored {
                 if coefficients.len() == 2 * part.len() + 1
                     && let Some(last) = coefficients.last()
                 {
-                    known.extend(match is_open {
+                    known.0.extend(match is_open {
                         true => Expanded::new(pool, &[*last]),
                         false => Some(Expanded::as_they_stand(pool, &[*last])),
                     });
                 }
             }
         }
-        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
+        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known.0));
         let mut factors = Vec::new();
         let mut zeros = 0;
         for (part, (n, own)) in expanded.iter().enumerate() {
@@ -166,7 +166,7 @@ impl Factored {
             expanded.push((times, pair.map_or(alone, |(_, quadratic)| quadratic)));
         }
         let known = known(checker, pool, linear);
-        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
+        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known.0));
         let signs = Signs::new(pool, &ring, &known);
         let factor = |(times, own): &(usize, Expanded)| {
             let polynomial = Polynomial::from_coefficients(EXPONENT, &ring.polynomials(own)?);
@@ -225,19 +225,17 @@ impl Factored {
         let found = kept.as_ref().and_then(|kept| self.conditions(checker, pool, kept));
         let told = kept.filter(|_| found.is_some());
         let mut found = found.or_else(|| self.in_coefficients(checker, pool, conservative))?;
-        if !conservative {
-            found.extend(self.not_zero(checker, pool));
-        }
+        let mut known = self.signs.clone();
+        told.iter().flatten().for_each(|own| known.learn(own));
+        found.extend(self.not_zero(checker, pool, &known, conservative));
         // Equal exponents have vectors enough where the energy keeps motions in bounds: without circulatory forces, with K definite. With
         // gyroscopic ones alone they may have elsewhere, which is not looked into: a page says that there are special values.
         if !bounded {
-            let mut known = self.signs.clone();
-            told.iter().flatten().for_each(|own| known.learn(own));
             let distinct = self.distinct(pool, &known)?.into_iter();
-            let special = |own: StabilityCondition| StabilityCondition { open: None, special: true, ..own };
+            let special = |own: StabilityCondition| StabilityCondition { open: None, role: Role::Special, ..own };
             found.extend(distinct.map(|own| if circulatory { own } else { special(own) }));
         }
-        (conservative || !drifts(pool, linear)).then_some((found, settled))
+        (conservative || drifts(pool, linear) == Some(false)).then_some((found, settled))
     }
 
     /// Conditions as expressions, where they agree with the modes at the values of the parameters.
@@ -265,9 +263,16 @@ impl Factored {
         agreeing(checker, pool, found)
     }
 
-    /// That no exponent becomes 0 where a constant is a square, which is not negative elsewhere: squares, too.
-    fn not_zero(&self, checker: &Checker<'_>, pool: &mut Algebra<'_>) -> Vec<StabilityCondition> {
-        let by_signs = of_values(checker, pool, &self.ring, &self.signs);
+    /// That no exponent becomes 0 where a constant is a square, which is not negative elsewhere: squares, too, without what other
+    /// conditions (`known`) and the signs of the parameters tell.
+    fn not_zero(
+        &self,
+        checker: &Checker<'_>,
+        pool: &mut Algebra<'_>,
+        known: &Signs,
+        conservative: bool,
+    ) -> Vec<StabilityCondition> {
+        let by_signs = of_values(checker, pool, &self.ring, known);
         let mut found: Vec<StabilityCondition> = Vec::new();
         for factor in &self.factors {
             let constant = &factor.polynomial.coefficients(EXPONENT)[0];
@@ -276,9 +281,16 @@ impl Factored {
                 let base = (!base.is_constant()).then(|| self.ring.expression(pool, &base));
                 base.map(|base| pool.square(base))
             };
-            let (positive, open) = (square(&self.signs), square(&by_signs));
-            let new = positive.filter(|own| found.iter().all(|other| other.positive != *own));
-            found.extend(new.map(|positive| StabilityCondition::new(positive, open)));
+            let (positive, open) = (square(known), square(&by_signs));
+            let (Some(positive), Some(open)) = (positive, open) else { continue };
+            if found.iter().any(|other| other.positive == positive) {
+                continue;
+            }
+            let is_special = conservative || !pool.reachable(&[positive]).iter().any(|own| pool.is_sum(*own));
+            found.push(match is_special {
+                true => StabilityCondition { positive, open: None, role: Role::Special },
+                false => StabilityCondition::new(positive, Some(open)),
+            });
         }
         found
     }
@@ -387,7 +399,7 @@ fn is_definite(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -
     let n = linear.stiffness.len();
     let known = known(checker, pool, linear);
     let expanded = if n > MOST_MINORS { None } else { Expanded::new(pool, &linear.stiffness.concat()) }?;
-    let ring = Ring::new(pool, std::iter::once(&expanded).chain(&known));
+    let ring = Ring::new(pool, std::iter::once(&expanded).chain(&known.0));
     let rows = ring.of_signs(&expanded)?;
     let minor = |size: usize| determinant((0..size).map(|i| rows[n * i..n * i + size].to_vec()).collect());
     let minors: Vec<Polynomial> = (1..=n).map(|size| Some(ring.reduced(minor(size)?))).collect::<Option<_>>()?;
@@ -404,7 +416,7 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
         let general = Signs::new(pool, ring, &known);
         (of_values(checker, pool, ring, &general), general)
     };
-    let pervasive = Pervasive::new(pool, linear, &known, signs)?;
+    let pervasive = Pervasive::new(pool, linear, &known.0, signs)?;
     let undamped = Linear { damping: None, gyroscopic: None, exponents: None, ..linear.clone() };
     let parts = Factored::new(checker, pool, &undamped)?;
     let zeros = parts.factors.iter().map(|own| own.times * own.polynomial.degree(EXPONENT) as usize).sum::<usize>();
@@ -413,7 +425,10 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
         return None;
     }
     let own = essential(&pervasive.conditions, &pervasive.signs).into_iter();
-    let own = own.map(|own| StabilityCondition::new(signed(pool, &pervasive.ring, &own), None));
+    let own = own.map(|own| StabilityCondition {
+        role: if pervasive.needs(&own) { Role::Needed } else { Role::Sufficient },
+        ..StabilityCondition::new(signed(pool, &pervasive.ring, &own), None)
+    });
     let mut found: Vec<StabilityCondition> = own.collect();
     found.extend(parts.stability(checker, pool, &undamped)?.0);
     agreeing(checker, pool, found)
@@ -433,18 +448,22 @@ impl Linear {
     }
 }
 
-/// What is positive: the diagonal of M, and what the model assumes.
-fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> Vec<Expanded> {
+/// What is positive: the diagonal of M, and what the model assumes; and what it assumes to be positive or 0.
+fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> (Vec<Expanded>, Vec<ExprId>) {
     let mut all: Vec<ExprId> = linear.mass.iter().enumerate().map(|(i, row)| row[i]).collect();
+    let mut weak = Vec::new();
     for own in &checker.model.assumptions {
         match own.relation {
             Comparison::Greater => all.push(pool.sub(own.left, own.right)),
             Comparison::Less => all.push(pool.sub(own.right, own.left)),
-            Comparison::GreaterEqual | Comparison::LessEqual | Comparison::Equal | Comparison::NotEqual => {}
+            Comparison::GreaterEqual => weak.push(pool.sub(own.left, own.right)),
+            Comparison::LessEqual => weak.push(pool.sub(own.right, own.left)),
+            Comparison::Equal | Comparison::NotEqual => {}
         }
     }
     all.retain(|own| !own.is_zero());
-    all.into_iter().filter_map(|own| Expanded::new(pool, &[own])).collect()
+    weak.retain(|own| !all.contains(own));
+    (all.into_iter().filter_map(|own| Expanded::new(pool, &[own])).collect(), weak)
 }
 
 /// One block for each class of the mirrors that leave all matrices unchanged; `None` without such mirrors.
@@ -520,19 +539,21 @@ fn agreeing(
     found: Vec<StabilityCondition>,
 ) -> Option<Vec<StabilityCondition>> {
     let signs: Vec<Option<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
-    // -1 stands for what is negative but for special values, which those of the model may be.
-    let is_general = found.iter().any(|own| pool.as_number(own.positive).is_some());
-    let Some(modes) = checker.exponents().filter(|_| !is_general) else { return Some(found) };
+    // Roots are taken for independent of each other on the way.
+    if found.iter().any(|own| pool.vanishes(own.positive)) {
+        return None;
+    }
+    let Some(modes) = checker.exponents() else { return Some(found) };
     let unstable = modes.iter().any(|mode| mode.growth.is_positive());
     // What is 0 at the values leaves it open, but not beside what is negative.
     let agrees = if signs.contains(&Some(true)) { unstable } else { !unstable || signs.contains(&None) };
     agrees.then_some(found)
 }
 
-/// Whether motions grow as t² or faster at the exponent 0, for most values of the parameters.
-fn drifts(pool: &mut Pool, linear: &Linear) -> bool {
+/// Whether motions grow as t² or faster at the exponent 0, for most values of the parameters, where that is known.
+fn drifts(pool: &mut Pool, linear: &Linear) -> Option<bool> {
     let n = linear.mass.len();
     let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
     let entries: Vec<Vec<ExprId>> = places.map(|(i, j)| linear.entry(pool, i, j)).collect();
-    grows_from_zero(pool, &entries).unwrap_or(false)
+    grows_from_zero(pool, &entries)
 }

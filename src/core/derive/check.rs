@@ -28,6 +28,9 @@ pub(super) const WIDEST: f64 = 1e-9;
 /// Bits of numbers beyond the range of balls.
 const BITS: usize = 192;
 
+/// Values that are smaller than this, or larger than its reciprocal, may make no difference beside others.
+const LEAST_ALIKE: f64 = 1e-6;
+
 /// As often values are drawn that the model's assumptions hold for.
 const MOST_DRAWS: usize = 1000;
 
@@ -567,8 +570,21 @@ impl<'a> Checker<'a> {
 
     /// Whether two forms with different roots have the same value there too, as far as a ball tells.
     fn are_equal_nearby(&self, pool: &Pool, both: [ExprId; 2]) -> bool {
-        let values = self.near().evaluate(pool, &both);
-        values.is_some_and(|values| is_zero(&values[0].sub(&values[1]), values[0].abs_upper() * WIDEST))
+        let mut near = self.near();
+        let meets = |near: &Self| {
+            let values = near.evaluate(pool, &both);
+            values.map(|values| is_zero(&values[0].sub(&values[1]), values[0].abs_upper() * WIDEST))
+        };
+        let is_extreme = |value: &Ball| !(LEAST_ALIKE..1.0 / LEAST_ALIKE).contains(&value.abs_upper());
+        if meets(&near) != Some(true) || !near.values.values().any(is_extreme) {
+            return meets(&near) == Some(true);
+        }
+        // A value that is tiny beside the others makes no difference: the same with all nearer to 1, in the same order.
+        for value in near.values.values_mut().filter(|value| !value.is_zero()) {
+            let size = value.mid_f64().abs().powf(1.0 / 16.0);
+            *value = Ball::exact(size.copysign(value.mid_f64()));
+        }
+        meets(&near) != Some(false)
     }
 
     /// How often squares of frequencies occur in a block beyond those of it that are known: near the values of the parameters, where no

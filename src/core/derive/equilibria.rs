@@ -160,17 +160,16 @@ fn angle(pool: &Pool, e: ExprId) -> Option<ExprId> {
 
 /// Gives the roots that don't exist everywhere their conditions.
 ///
-/// Where sin(x) = 0 is a root beside cos(x) = v, v = 1 and v = -1 are no further points; so |v| < 1 is asked
-/// for, else |v| <= 1.
+/// Where sin(x) = 0 is a root beside cos(x) = v, or the other way round, v = 1 and v = -1 are no further points; so |v| < 1 is
+/// asked for, else |v| <= 1.
 fn add_conditions(pool: &mut Pool, checker: &Checker<'_>, roots: &mut [Root]) {
-    let lone = |root: &Root| angle(pool, root.left).filter(|_| root.value.is_zero());
-    let lone: Vec<Option<ExprId>> = roots.iter().map(lone).collect();
+    let lone: Vec<ExprId> = roots.iter().filter(|root| root.value.is_zero()).map(|root| root.left).collect();
     for root in roots {
         let Some(own) = angle(pool, root.left) else { continue };
         if pool.as_number(root.value).is_some_and(|v| v.abs() <= Number::ONE) {
             continue;
         }
-        let strict = lone.contains(&Some(own));
+        let strict = lone.iter().any(|left| *left != root.left && angle(pool, *left) == Some(own));
         root.condition = Some(condition(pool, checker, root.value, strict));
     }
 }
@@ -242,7 +241,7 @@ fn size(pool: &mut Pool, checker: &Checker<'_>, e: ExprId, signs: &mut Signs) ->
 }
 
 /// The sign of a symbol or of a sum of products of symbols, if it follows from theirs; true for negative.
-fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
+pub(super) fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
     let of_symbol = |e: ExprId| known.iter().find(|(own, _)| *own == e).map(|(_, negative)| *negative);
     let of_term = |term: ExprId| -> Option<bool> {
         let mut negative = false;

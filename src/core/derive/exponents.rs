@@ -9,7 +9,8 @@ use std::collections::HashMap;
 
 use super::Linear;
 use super::characteristic::Factored;
-use super::check::{Checker, WIDEST};
+use super::check::{Checker, Signs, WIDEST};
+use super::equilibria::single_sign;
 use super::frequencies::{Approximation, Case};
 use super::ring::EXPONENT;
 use super::roots::{plain_root, root, up_to_sign, with_common_bar};
@@ -17,6 +18,7 @@ use super::shapes::on_one_bar;
 use super::simplify::{Algebra, Opening, expand, split, written};
 use crate::expr::{ExprId, Function, Node, Pool};
 use crate::number::Number;
+use crate::order::Order;
 use crate::oscillation::NormalMode;
 use crate::precision::{Ball, Complex, Scalar};
 
@@ -91,13 +93,25 @@ pub struct StabilityCondition {
     pub positive: ExprId,
     /// What is left of it wherever the parameters have the signs that they have in the model; `None` where it holds then.
     pub open: Option<ExprId>,
-    /// Whether it excludes special values at which exponents are equal, where motions may be bounded or grow as powers of t.
-    pub special: bool,
+    /// What stands against leaving it out.
+    pub role: Role,
+}
+
+/// What a condition of stability is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Role {
+    /// Without it the system is unstable, or not asymptotically stable.
+    Needed,
+    /// It excludes special values at which exponents are equal or 0, where motions may be bounded or grow as powers of t.
+    Special,
+    /// The system may be stable without it.
+    Sufficient,
 }
 
 impl StabilityCondition {
     pub(super) fn new(positive: ExprId, open: Option<ExprId>) -> Self {
-        Self { positive, open, special: false }
+        Self { positive, open, role: Role::Needed }
     }
 }
 
@@ -120,7 +134,9 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         (None, Some(parts)) => found.of_factors(parts),
         (None, None) => {}
     }
-    if let Some((conditions, settled)) = parts.and_then(|parts| parts.stability(checker, pool, linear)) {
+    // Of equal parameters nothing is told of others.
+    let stability = parts.filter(|_| is_general).and_then(|parts| parts.stability(checker, pool, linear));
+    if let Some((conditions, settled)) = stability {
         (own.stability, own.settled) = (Some(conditions), settled);
     }
     own
@@ -153,8 +169,9 @@ impl Found<'_, '_> {
     /// An expression or its opposite, whichever is not negative: in bars where no values tell.
     fn positive(&mut self, e: ExprId) -> Option<ExprId> {
         self.sign(e)?;
-        let bars = self.pool.abs(e);
-        Some(self.without_bars(bars))
+        let size = self.pool.abs(e);
+        let own: Vec<ExprId> = self.pool.factors(size).iter().map(|(base, _)| *base).collect();
+        Some(self.without_bars(&[size], |all, bars, inner| own.contains(&bars) || all.follows(inner))[0])
     }
 
     /// A number times a/b.
@@ -179,18 +196,39 @@ impl Found<'_, '_> {
         all.into_iter().min_by_key(|own| self.pool.cost(&[*own])).unwrap_or(plain)
     }
 
-    /// With the signs that absolute values have at the values of the parameters.
-    fn without_bars(&mut self, e: ExprId) -> ExprId {
+    /// With the signs that some absolute values have at the values of the parameters.
+    fn without_bars(&mut self, all: &[ExprId], is_free: impl Fn(&mut Self, ExprId, ExprId) -> bool) -> Vec<ExprId> {
         let mut parts = HashMap::new();
-        for bars in self.pool.reachable(&[e]) {
+        for bars in self.pool.reachable(all) {
             if let Node::Function(Function::Abs, inner) = *self.pool.node(bars)
                 && self.pool.symbols_of(&[inner]).into_iter().all(|symbol| self.checker.has_value(symbol))
                 && let Some(sign) = self.sign(inner)
+                && is_free(self, bars, inner)
             {
                 parts.insert(bars, if sign.is_lt() { self.pool.neg(inner) } else { inner });
             }
         }
-        if parts.is_empty() { e } else { self.pool.replaced(&[e], &parts)[0] }
+        if parts.is_empty() { all.to_vec() } else { self.pool.replaced(all, &parts) }
+    }
+
+    /// Whether an absolute value has the sign that follows from those of the parameters.
+    fn follows(&mut self, inner: ExprId) -> bool {
+        let symbols = self.pool.symbols(inner).into_iter();
+        let known: Option<Signs> =
+            symbols.map(|symbol| Some((self.pool.symbol_expr(symbol), self.checker.sign(symbol)?))).collect();
+        known.is_some_and(|known| single_sign(self.pool, inner, &known).is_some())
+    }
+
+    /// Whether zeros are the same ones with the opposite of an absolute value.
+    fn turns(&mut self, zeros: &[ExprId], bars: ExprId, inner: ExprId) -> bool {
+        let opposite = self.pool.neg(inner);
+        let both = [inner, opposite].map(|own| {
+            let replaced = self.pool.replaced(zeros, &HashMap::from([(bars, own)]));
+            let mut pairs: Vec<[ExprId; 2]> = replaced.chunks(2).filter_map(|own| own.try_into().ok()).collect();
+            pairs.put_in_order();
+            pairs
+        });
+        both[0] == both[1]
     }
 
     fn push(&mut self, (real, imaginary): Zero, multiplicity: usize, damping_ratio: Option<ExprId>) {
@@ -250,13 +288,14 @@ impl Found<'_, '_> {
                 self.own.complete = false;
                 continue;
             };
-            let mut polished = |e| {
-                let polished = self.pool.polished(e);
-                self.without_bars(polished)
-            };
-            let both = |(real, imaginary)| (polished(real), polished(imaginary));
-            let zeros: Vec<Zero> = zeros.into_iter().map(both).collect();
-            let ratio = ratio.map(polished);
+            let all: Vec<ExprId> =
+                zeros.iter().flat_map(|(real, imaginary)| [*real, *imaginary]).map(|e| self.pool.polished(e)).collect();
+            let all = self.without_bars(&all, |own, bars, inner| own.follows(inner) || own.turns(&all, bars, inner));
+            let zeros: Vec<Zero> = all.chunks(2).map(|own| (own[0], own[1])).collect();
+            let ratio = ratio.map(|ratio| {
+                let polished = self.pool.polished(ratio);
+                self.without_bars(&[polished], |own, _, inner| own.follows(inner))[0]
+            });
             if zeros.iter().any(|zero| !self.is_zero_of(*zero, &coefficients)) {
                 self.own.complete = false;
                 continue;

@@ -84,7 +84,7 @@ pub use conserved::Conserved;
 pub use constraints::{Constraints, Reduced, Tangent};
 pub use cubic::{Solved, SolvedFormula};
 pub use equilibria::{Condition, Root};
-pub use exponents::{ClosedExponent, Exponents, StabilityCondition};
+pub use exponents::{ClosedExponent, Exponents, Role, StabilityCondition};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use given::Given;
 pub use independent::{Independent, in_independent_coordinates, linearized, without_multipliers};

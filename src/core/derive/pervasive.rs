@@ -5,7 +5,7 @@
 use super::Linear;
 use super::ring::{Expanded, Ring};
 use super::simplify::Algebra;
-use super::stability::Signs;
+use super::stability::{Sign, Signs};
 use crate::expr::ExprId;
 use crate::linearize::nullspace_mod;
 use crate::number::Number;
@@ -24,6 +24,7 @@ pub(super) struct Pervasive {
     /// What is known without these.
     pub(super) signs: Signs,
     pub(super) conditions: Vec<Polynomial>,
+    damping: Rows,
     /// Whether each velocity has friction of its own.
     pub(super) definite: bool,
 }
@@ -86,7 +87,13 @@ impl Pervasive {
                 return None;
             }
         }
-        Some(Self { ring, signs, conditions, definite })
+        Some(Self { ring, signs, conditions, damping, definite })
+    }
+
+    /// Whether a condition is needed as well: all friction changes its sign with it.
+    pub(super) fn needs(&self, condition: &Sign) -> bool {
+        let [common] = condition.factors.as_slice() else { return false };
+        self.damping.iter().flatten().all(|own| own.is_zero() || own.over(common).is_some())
     }
 }
 

@@ -7,7 +7,7 @@
 
 use super::characteristic::Factor;
 use super::ring::{EXPONENT, Expanded, Ring};
-use crate::expr::Pool;
+use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::order::Order;
 use crate::polynomial::{Polynomial, determinant};
@@ -52,9 +52,10 @@ impl Sign {
 }
 
 impl Signs {
-    /// Roots, what is a square or the like, and what else is known to be positive.
-    pub(super) fn new(pool: &mut Pool, ring: &Ring, known: &[Expanded]) -> Self {
-        let positive = |at| ring.base(at).is_some_and(|(base, is_root)| is_root || pool.is_nonnegative(base));
+    /// Roots, what is a square or the like, and what else is known to be positive; but not what is assumed to be positive or 0.
+    pub(super) fn new(pool: &Pool, ring: &Ring, (known, weak): &(Vec<Expanded>, Vec<ExprId>)) -> Self {
+        let is_positive = |base| pool.is_nonnegative(base) && !weak.contains(&base);
+        let positive = |at| ring.base(at).is_some_and(|(base, is_root)| is_root || is_positive(base));
         let mut own = Self { variables: (0..ring.variables()).map(positive).collect(), others: Vec::new() };
         // What is known of one may tell the sign of another.
         for _ in 0..2 {
@@ -163,7 +164,7 @@ impl Signs {
     /// The product of the factors of a polynomial that may vanish, each once: of all, or of those that it has the squares of.
     pub(super) fn open(&self, polynomial: &Polynomial, squares: bool) -> Polynomial {
         let one = Polynomial::constant(self.variables.len(), Number::ONE);
-        if polynomial.is_zero() || self.of_terms(polynomial).is_some() {
+        if polynomial.is_zero() {
             return one;
         }
         let (_, factors) = self.factors(polynomial);

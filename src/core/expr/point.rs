@@ -60,6 +60,12 @@ impl ModularPoint {
     }
 }
 
+/// Points at which something has to be so where signs are random: each fails with probability 1/2 if it depends on the sign.
+pub(super) const POINTS_SIGNS: usize = 24;
+/// Points that are tried, and those after which roots that exist at all of them are not expected.
+pub(super) const ATTEMPTS: u64 = 200;
+const HOPELESS: usize = 32;
+
 /// Common denominators of angles up to here are taken account of.
 const MAX_DENOMINATOR: u64 = 1 << 40;
 
@@ -148,6 +154,30 @@ impl Pool {
             let seed = number.wrapping_mul(4).wrapping_add(attempt);
             self.evaluate_mod(roots, |symbol| ModularPoint::random_value(seed, symbol), seed)
         })
+    }
+
+    /// The same at so many random points that what is so at all of them is so for certain, and what is not so at one of them is not
+    /// known: one point, or many with other signs of roots at each. Points without a root that does not exist, if there are such.
+    pub(crate) fn points_at_random(&self, roots: &[ExprId], number: u64) -> impl Iterator<Item = Vec<u64>> {
+        let plan = Plan::new(self, roots);
+        let mut points = (0..ATTEMPTS).filter_map(move |attempt| {
+            let seed = number.wrapping_mul(ATTEMPTS).wrapping_add(attempt);
+            plan.evaluate(self, &|symbol| ModularPoint::random_value(seed, symbol), seed)
+        });
+        let mut first = Vec::new();
+        while let Some(point) = points.next().filter(|_| first.len() < HOPELESS) {
+            let is_full = !point.certainty.missing_root;
+            first.push(point);
+            if is_full {
+                break;
+            }
+        }
+        let exist = first.last().is_some_and(|point| !point.certainty.missing_root);
+        let is_known = |own: Certainty| !(own.random_sign || own.missing_root || own.vanishing_root);
+        let full = first.into_iter().chain(points).filter(move |own| !(exist && own.certainty.missing_root));
+        let mut ended = false;
+        full.map_while(move |own| (!std::mem::replace(&mut ended, is_known(own.certainty))).then_some(own.values))
+            .take(POINTS_SIGNS)
     }
 
     /// As [`Pool::evaluate_mod`], with how far the values are those of the expressions.

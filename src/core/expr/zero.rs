@@ -8,7 +8,7 @@
 //! [`ZeroVerdict::Zero`] stands; that something is not 0 is only said where nothing was
 //! replaced.
 
-use super::point::{ModularPoint, Plan};
+use super::point::{ATTEMPTS, ModularPoint, POINTS_SIGNS, Plan};
 use super::{ExprId, Node, Pool, ZERO};
 
 /// What is known about whether an expression is identically 0.
@@ -23,12 +23,7 @@ pub enum ZeroVerdict {
 }
 
 /// Points that have to vanish where nothing is random.
-const POINTS_EXACT: u32 = 4;
-/// Points that have to vanish where signs are random: each fails with probability 1/2 if the
-/// identity depends on the sign.
-const POINTS_SIGNS: u32 = 24;
-/// Points that are tried.
-const ATTEMPTS: u64 = 200;
+const POINTS_EXACT: usize = 4;
 /// Points without a single zero after which nothing more is expected: too many roots do not exist.
 const HOPELESS: u64 = 32;
 

@@ -78,9 +78,9 @@ pub fn independent_constraints(model: &Model) -> Vec<ExprId> {
     kept.into_iter().filter_map(|number| model.constraints.get(number)).map(|own| own.expression).collect()
 }
 
-/// Which constraints have gradients that are independent of those before them, at a random point.
+/// Which constraints have gradients that are independent of those before them, at random points.
 ///
-/// A row that is a combination of others at a random point is so everywhere: the constraint is a
+/// A row that is a combination of others at a random point is so everywhere, whatever signs roots have: the constraint is a
 /// function of the others. (What is drawn modulo a prime of 61 bits misses an independent row once in 1e18.)
 fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let count = model.constraints.len();
@@ -90,26 +90,26 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let Model { pool, symbols, .. } = &mut *model;
     let gradients: Vec<Vec<(usize, ExprId)>> = bodies.iter().map(|body| symbols.slopes(pool, *body)).collect();
     let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
-    let all_kept = ((0..count).collect(), Vec::new());
-    let Some(values) = model.pool.evaluate_at_random(&all, 1) else { return all_kept };
-    let mut values = values.into_iter();
-    let (mut kept, mut dependent) = (Vec::new(), Vec::new());
-    let mut elimination = Elimination::default();
-    for (number, gradient) in gradients.iter().enumerate() {
-        // In order, which slopes come in.
-        let row = gradient.iter().zip(&mut values).map(|((place, _), value)| (*place as u32, value));
-        if model.pool.is_undefined(bodies[number]) {
-            // One without a value follows from nothing, which is told where it is evaluated.
-            kept.push(number);
-            continue;
+    // One without a value follows from nothing, which is told where it is evaluated.
+    let mut follows: Vec<bool> = bodies.iter().map(|body| !model.pool.is_undefined(*body)).collect();
+    let mut is_seen = false;
+    for values in model.pool.points_at_random(&all, 1) {
+        is_seen = true;
+        let mut values = values.into_iter();
+        let mut elimination = Elimination::default();
+        for (gradient, follows) in gradients.iter().zip(&mut follows) {
+            // In order, which slopes come in.
+            let row = gradient.iter().zip(&mut values).map(|((place, _), value)| (*place as u32, value));
+            match elimination.add(row.filter(|(_, value)| *value != 0).collect()) {
+                Some(is_new) => *follows &= !is_new,
+                None => return ((0..count).collect(), Vec::new()),
+            }
         }
-        match elimination.add(row.filter(|(_, value)| *value != 0).collect()) {
-            Some(true) => kept.push(number),
-            Some(false) => dependent.push(number),
-            None => return all_kept,
+        if !follows.contains(&true) {
+            break;
         }
     }
-    (kept, dependent)
+    (0..count).partition(|number| !(is_seen && follows[*number]))
 }
 
 /// What is less beside the largest entry of its row follows no others where they may follow it.

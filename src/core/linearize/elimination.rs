@@ -136,19 +136,24 @@ impl Elimination {
 
 /// Whether motions exp(s t) of a square matrix of polynomials in s, the constants first, row by row, grow as t² or faster at s = 0: a Jordan
 /// block over 2, as the kernels of (A), (B, A; A), (C, B, A; B, A; A) tell, A + sB + s²C, whose dimensions count blocks of size 1, 2
-/// and 3 at least. Modulo a prime, with values that are drawn for symbols; `None` where entries have none.
+/// and 3 at least. Modulo a prime, with values that are drawn for symbols; `None` where entries have none, and where it depends on
+/// signs of roots.
 pub(crate) fn grows_from_zero(pool: &Pool, entries: &[Vec<ExprId>]) -> Option<bool> {
     let (n, degrees) = (entries.len().isqrt(), entries.first()?.len());
-    let values = pool.evaluate_at_random(&entries.concat(), 1)?;
-    let blocks = |size: usize| {
-        let entry = |row: usize, column: usize| match (row / n).checked_sub(column / n) {
-            Some(power) if power < degrees => values[(row % n * n + column % n) * degrees + power],
-            Some(_) | None => 0,
+    let all = entries.concat();
+    let mut found = pool.points_at_random(&all, 1).map(|values| {
+        let blocks = |size: usize| {
+            let entry = |row: usize, column: usize| match (row / n).checked_sub(column / n) {
+                Some(power) if power < degrees => values[(row % n * n + column % n) * degrees + power],
+                Some(_) | None => 0,
+            };
+            let rows = (0..size * n).map(|row| (0..size * n).map(|column| entry(row, column)).collect());
+            nullspace_mod(&rows.collect::<Vec<_>>(), size * n).len()
         };
-        let rows = (0..size * n).map(|row| (0..size * n).map(|column| entry(row, column)).collect());
-        nullspace_mod(&rows.collect::<Vec<_>>(), size * n).len()
-    };
-    Some(blocks(3) > blocks(2))
+        blocks(3) > blocks(2)
+    });
+    let first = found.next()?;
+    found.all(|other| other == first).then_some(first)
 }
 
 /// A basis of the vectors of length `columns` whose product with every row is 0 modulo the prime, each with 1 at a column

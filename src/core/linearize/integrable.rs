@@ -140,27 +140,38 @@ pub(super) fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], vi
         Field { free: None, speeds: speeds.collect() }
     };
     // Of fields that are independent of each other and of those allowed.
-    let (mut samples, mut rank) = (Elimination::default(), 0);
-    let mut last: Vec<Field> = Vec::new();
     let mut brackets: Vec<Field> = Vec::new();
     for (at, x) in fields.iter().enumerate() {
         brackets.extend(fields[at + 1..].iter().map(|y| bracket(pool, x, y)));
     }
+    let mut rank = 0;
     loop {
-        for field in brackets.drain(..) {
-            let residues = (0..).zip(pool.evaluate_at_random(&field.speeds, 3)?);
-            if samples.add(residues.filter(|(_, value)| *value != 0).collect())? {
-                rank += 1;
-                last.push(field);
-            }
-        }
-        if rank == bound.len() || last.is_empty() {
+        let is_new = independent(pool, &brackets)?;
+        let before = rank;
+        let mut is_new = is_new.into_iter();
+        brackets.retain(|_| is_new.next().unwrap_or_default());
+        rank = brackets.len();
+        if rank == bound.len() || rank == before {
             return Some(rank);
         }
-        for field in std::mem::take(&mut last) {
-            brackets.extend(fields.iter().map(|own| bracket(pool, own, &field)));
+        for at in before..rank {
+            let next: Vec<Field> = fields.iter().map(|own| bracket(pool, own, &brackets[at])).collect();
+            brackets.extend(next);
         }
     }
+}
+
+/// Which fields are independent of those before them; `None` where it depends on signs of roots.
+fn independent(pool: &Pool, fields: &[Field]) -> Option<Vec<bool>> {
+    let all: Vec<ExprId> = fields.iter().flat_map(|field| field.speeds.iter().copied()).collect();
+    let width = fields.first().map_or(1, |field| field.speeds.len().max(1));
+    let mut found = pool.points_at_random(&all, 3).map(|values| {
+        let mut samples = Elimination::default();
+        let add = |own: &[u64]| samples.add((0..).zip(own.iter().copied()).filter(|(_, value)| *value != 0).collect());
+        values.chunks(width).map(add).collect::<Option<Vec<bool>>>()
+    });
+    let first = found.next()??;
+    found.all(|other| other.as_ref() == Some(&first)).then_some(first)
 }
 
 /// A field of allowed velocities, or a Lie bracket of such.

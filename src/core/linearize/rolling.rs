@@ -230,13 +230,15 @@ fn contradicts(model: &Model, pool: &mut Pool, point: &[ExprId], constraints: &[
     }
     let entries = pool.substitute(&entries, &place);
     let valued = pool.substitute(&entries, &known);
-    let rows: Vec<Vec<u64>> = pool.evaluate_at_random(&valued, 1)?.chunks(n + 1).map(<[_]>::to_vec).collect();
-    let rank = |count: usize, columns: usize| {
-        let rows: Vec<Vec<u64>> = rows[..count].iter().map(|row| row[..columns].to_vec()).collect();
-        columns - nullspace_mod(&rows, columns).len()
-    };
-    let at = (constraints.len()..rows.len()).find(|at| rank(at + 1, n) < rank(at + 1, n + 1))?;
-    Some(pool.display(entries[(n + 1) * at + n]))
+    let mut found = pool.points_at_random(&valued, 1).map(|values| {
+        let rank = |count: usize, columns: usize| {
+            let rows = values.chunks(n + 1).take(count).map(|row| row[..columns].to_vec());
+            columns - nullspace_mod(&rows.collect::<Vec<_>>(), columns).len()
+        };
+        (constraints.len()..valued.len() / (n + 1)).find(|at| rank(at + 1, n) < rank(at + 1, n + 1))
+    });
+    let at = found.next()??;
+    found.all(|other| other == Some(at)).then(|| pool.display(entries[(n + 1) * at + n]))
 }
 
 impl Conditions {

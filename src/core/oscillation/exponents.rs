@@ -172,8 +172,13 @@ fn flowing(
         let added = |entry: &Exponent, shift: &f64| {
             (entry.growth + Ball::exact(*shift)).contains_zero() && entry.omega.contains_zero()
         };
-        let count = |shift: &f64| found.entries.iter().filter(|entry| added(entry, shift)).count();
-        if !flow.shifts.iter().all(|shift| count(shift) == 1) {
+        // An added one that is an exponent of the model as well is two, which may look like a pair.
+        let is_single = |entry: &&Exponent| entry.omega.is_zero() && entry.limit.is_none();
+        let is_told = |shift: &f64| {
+            let mut all = found.entries.iter().filter(|entry| added(entry, shift));
+            all.next().is_some_and(|first| is_single(&first)) && all.next().is_none()
+        };
+        if !flow.shifts.iter().all(is_told) {
             continue;
         }
         found.entries.retain(|entry| !flow.shifts.iter().any(|shift| added(entry, shift)));
