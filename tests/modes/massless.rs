@@ -279,5 +279,5 @@ fn an_exponent_that_is_added_may_be_there() {
          coord x, y  T = 1/2*x'^2  V = 1/2*kx*x^2 + q*x*y + 1/2*ky*y^2  dissipation = 1/2*0.9*x'^2 + 1/2*y'^2",
     );
     let growths: Vec<f64> = normal.modes.iter().map(|mode| mode.growth.mid_f64()).collect();
-    assert_eq!(growths, [0.511_213_986_220_822_2, -0.544_187_761_819_121_1, -1.390_625]);
+    assert_eq!(growths, [0.511_213_986_220_822_3, -0.544_187_761_819_121_1, -1.390_625]);
 }
