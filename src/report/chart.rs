@@ -8,15 +8,22 @@ use librate_studies::chart::{Border, Chart, Place};
 const SHADES: f64 = 11.0;
 const FAINTEST: f64 = 0.16;
 
+/// Digits of a rate at most.
+const MOST_DIGITS: usize = 10;
+
 /// A line for each place, the second parameter running faster: both parameters, `stable` (`true`, `false` or nothing) and
-/// `growth_rate`.
+/// `growth_rate` with so many digits, ten at most: multipliers without bounds have no more.
 #[must_use]
-pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>]) -> String {
+pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>], digits: usize) -> String {
+    let written = |rate: f64| match rate {
+        0.0 => "0".to_owned(),
+        rate => format!("{rate:.*e}", digits.clamp(1, MOST_DIGITS) - 1),
+    };
     let [firsts, seconds] = &[0, 1].map(|axis| chart.values(axis));
     let places = firsts.iter().zip(rows).flat_map(|(a, row)| {
         seconds.iter().zip(row).map(move |(b, place)| {
             let [stable, growth] = match place.stable {
-                Some(stable) => [stable.to_string(), format!("{:e}", rounded(place.growth_rate))],
+                Some(stable) => [stable.to_string(), written(place.growth_rate)],
                 None => [String::new(), String::new()],
             };
             [a.to_string(), b.to_string(), stable, growth]
@@ -24,11 +31,6 @@ pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>]) -> String {
     });
     let [first, second] = chart.names();
     csv_text([first, second, "stable", "growth_rate"], places)
-}
-
-/// To ten digits: multipliers without bounds have no more.
-fn rounded(rate: f64) -> f64 {
-    format!("{rate:.9e}").parse().unwrap_or(rate)
 }
 
 /// A line for each place where stable and unstable meet: both parameters.

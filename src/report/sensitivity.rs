@@ -12,9 +12,6 @@ use librate_core::oscillation::NormalModes;
 use librate_core::precision::{Ball, one_digit_up_text};
 use librate_studies::sensitivity::Sensitivities;
 
-/// Digits of a derivative in a table.
-const DIGITS: usize = 6;
-
 /// Beside the frequencies at most so many parameters have columns of their own.
 const MOST_COLUMNS: usize = 6;
 
@@ -73,11 +70,11 @@ pub fn sensitivity_text(
         |heading: &str, of: &dyn Fn(&Exponent) -> String| Column::numbers(heading, rows.iter().map(of).collect());
     let sigma = |of: &dyn Fn(&Exponent) -> String| uncertain.then(|| column("sigma", of));
     let omega = [Some(column("omega", &|row| row.omega.text())), sigma(&|row| row.omega_sigma.clone())];
-    out.push_str(&table("omega", omega, &names, &sensitivities.omega, style));
+    out.push_str(&table("omega", omega, &names, &sensitivities.omega, options.digits, style));
     if grows(modes, sensitivities) {
         let growth = [Some(column("growth", &|row| row.growth.text())), sigma(&|row| row.growth_sigma.clone())];
         out.push('\n');
-        out.push_str(&table("growth", growth, &names, &sensitivities.growth, style));
+        out.push_str(&table("growth", growth, &names, &sensitivities.growth, options.digits, style));
     }
     out
 }
@@ -94,13 +91,14 @@ fn table(
     own: [Option<Column>; 2],
     names: &[&str],
     derivatives: &[Vec<Option<Ball>>],
+    digits: usize,
     style: &Style,
 ) -> String {
     let written = |value: Option<Ball>| match value {
         None => "none".to_owned(),
         Some(value) if value.is_zero() => "0".to_owned(),
         Some(value) if value.contains_zero() => UNDECIDED.to_owned(),
-        Some(value) => Written::new(&value, DIGITS).text(),
+        Some(value) => Written::new(&value, digits).text(),
     };
     let count = derivatives.len();
     let mut columns = vec![Column::counting("mode", count)];

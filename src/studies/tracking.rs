@@ -87,6 +87,8 @@ pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
     let n = modes.modes.first().map_or(0, |mode| mode.vector.len());
     let mass = if n <= MOST_DENSE { linearized.mass() } else { Vec::new() };
     let mass: Vec<f64> = if mass.len() == n * n { mass.iter().map(|own| own.mid_f64()).collect() } else { Vec::new() };
+    // Where no motion has inertia, components count alike.
+    let mass = if mass.iter().all(|own| *own == 0.0) { Vec::new() } else { mass };
     let shape = |mode: &NormalMode| {
         let imaginary = mode.imaginary.iter().copied().chain(std::iter::repeat(0.0));
         let vector: Vec<[f64; 2]> = mode.vector.iter().zip(imaginary).map(|(re, im)| [*re, im]).collect();

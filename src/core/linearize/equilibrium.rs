@@ -173,6 +173,11 @@ enum Outcome {
     Stuck(Option<Spectrum>),
 }
 
+/// What a coordinate has moved by less than this, beside the largest one, may be rounding.
+const NOISE: f64 = 1e-13;
+/// So many coordinates are put back one by one, where that can't be done with all of them.
+const MOST_ALONE: usize = 32;
+
 /// A number that is given, in balls.
 pub(super) fn closed(model: &Model, given: Option<crate::model::Given>) -> Result<Option<Ball>, LinearizeError> {
     let Some(given) = given else { return Ok(None) };
@@ -552,6 +557,7 @@ impl Search<'_> {
                 break;
             }
         }
+        self.drop_noise(at, metric);
         if let Some((proof, place)) = self.proof(at, metric, &spectrum) {
             for (i, place) in self.free.iter().zip(place) {
                 at[*i] = place;
@@ -567,6 +573,34 @@ impl Search<'_> {
             at[*i] = at[*i].with_added_radius(2.0 * radius);
         }
         None
+    }
+
+    /// Gives coordinates that differ by rounding alone from where the search started their places there, where no force tells them
+    /// apart: what nothing holds stays where it is.
+    fn drop_noise(&self, at: &mut [Ball], metric: &DMatrix<f64>) {
+        let largest = at.iter().map(|x| x.mid_f64().abs()).fold(0.0, f64::max);
+        let start = |i: usize| closed(self.model, self.model.guesses.get(i)).ok().flatten().unwrap_or(Ball::ZERO);
+        let places = self.free.iter().filter(|i| **i < self.visible).map(|i| (*i, start(*i)));
+        let is_noise = |(i, place): &(usize, Ball)| {
+            let way = (at[*i] - *place).mid_f64().abs();
+            way > 0.0 && way <= NOISE * largest
+        };
+        let moved: Vec<(usize, Ball)> = places.filter(is_noise).collect();
+        let alone = moved.iter().map(std::slice::from_ref).take(MOST_ALONE);
+        let all = std::iter::once(moved.as_slice()).chain(alone);
+        let mut force = self.weighted(&self.gradient(at), metric);
+        for part in all.filter(|part| !part.is_empty()) {
+            let mut trial = at.to_vec();
+            part.iter().for_each(|(i, place)| trial[*i] = *place);
+            let there = self.weighted(&self.gradient(&trial), metric);
+            if there.finite && (there.rounding || there.norm <= force.norm) {
+                at.clone_from_slice(&trial);
+                force = there;
+            }
+            if part.len() == moved.len() && at[moved[0].0] == moved[0].1 {
+                break;
+            }
+        }
     }
 
     /// Tries to prove an equilibrium beside `at`, and says where its free coordinates are. Symmetries are

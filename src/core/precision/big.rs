@@ -50,9 +50,9 @@ pub struct Big {
     radius: Magnitude,
 }
 
-/// The leading bits of a magnitude.
+/// Leading bits of a magnitude.
 struct Leading {
-    /// 53 of them, fewer if it has fewer.
+    /// So many as are asked for, fewer if it has fewer.
     bits: u64,
     /// How many follow.
     shift: usize,
@@ -60,9 +60,9 @@ struct Leading {
     more: bool,
 }
 
-fn leading(value: &IBig) -> Leading {
+fn leading(value: &IBig, count: usize) -> Leading {
     let (_, words) = value.as_sign_words();
-    let shift = value.bit_len().saturating_sub(53);
+    let shift = value.bit_len().saturating_sub(count);
     let size = Word::BITS as usize;
     let (first, offset) = (shift / size, shift % size);
     let (low, high) = words.split_at(first.min(words.len()));
@@ -171,7 +171,7 @@ impl Big {
         if self.top() < -900 {
             return Ball::ZERO.with_added_radius(self.abs_upper().to_f64());
         }
-        let Leading { bits: high, shift, more } = leading(&self.significand);
+        let Leading { bits: high, shift, more } = leading(&self.significand, 53);
         let place = self.exponent + shift as i64;
         let negative = self.is_mid_negative();
         let double = |bits: u64, place: i64| {
@@ -183,7 +183,7 @@ impl Big {
         if more {
             let (_, magnitude) = self.significand.clone().into_parts();
             let tail = IBig::from(magnitude.split_bits(shift).0);
-            let next = leading(&tail);
+            let next = leading(&tail, 53);
             let last = self.exponent + next.shift as i64;
             if last > -1020 {
                 low = double(next.bits, last);
@@ -223,16 +223,17 @@ impl Big {
         Self { radius: Magnitude::ZERO, ..self.clone() }
     }
 
-    /// The double nearest to the midpoint up to one unit of the last place; infinite or 0 beyond the
-    /// range of doubles, NaN where the number is not finite.
+    /// The double nearest to the midpoint, among those below the range of normal ones up to one unit of the last place; infinite
+    /// or 0 beyond the range of doubles, NaN where the number is not finite.
     #[must_use]
     pub fn mid_f64(&self) -> f64 {
         if !self.is_finite() {
             return f64::NAN;
         }
-        let Leading { bits, shift, .. } = leading(&self.significand);
+        // Two bits more than a double has, the last one for all that follow: the conversion rounds to the nearest one.
+        let Leading { bits, shift, more } = leading(&self.significand, 55);
         let place = (self.exponent + shift as i64).clamp(-4000, 4000) as i32;
-        let size = super::double::scale(bits as f64, place);
+        let size = super::double::scale((bits | u64::from(more)) as f64, place);
         if self.is_mid_negative() { -size } else { size }
     }
 
@@ -304,13 +305,13 @@ impl Big {
 
     /// An upper bound of |mid|.
     pub(crate) fn mid_upper(&self) -> Magnitude {
-        let Leading { bits, shift, more } = leading(&self.significand);
+        let Leading { bits, shift, more } = leading(&self.significand, 53);
         Magnitude::from_parts(bits + u64::from(more), self.exponent + shift as i64)
     }
 
     /// A lower bound of |mid|.
     pub(crate) fn mid_lower(&self) -> Magnitude {
-        let Leading { bits, shift, .. } = leading(&self.significand);
+        let Leading { bits, shift, .. } = leading(&self.significand, 53);
         Magnitude::from_parts(bits, self.exponent + shift as i64)
     }
 

@@ -29,6 +29,10 @@ use crate::source::{self, Source};
 const MOST_VALUES: usize = 10_000;
 /// Steps shorter than this part of the way between two values end a branch.
 const SHORTEST: f64 = 1.0 / (1 << 14) as f64;
+/// A bifurcation is no farther than so many gaps from where a branch that ends in it can't be followed any more.
+const FARTHEST: f64 = 256.0 * SHORTEST;
+/// What is not decided contains the bifurcation, up to this share of the box.
+const BESIDE: f64 = 1e-9;
 
 /// Equilibria that are connected over neighbouring values.
 #[derive(Clone, Debug)]
@@ -269,6 +273,7 @@ impl Follower<'_> {
             self.budget.check()?;
             self.put_bifurcation(end, &mut systems);
         }
+        self.check_folds(&mut joints.ends);
         let open = joints.ends.iter().filter(|end| end.bifurcation.is_none());
         let open: Vec<Undecided> = open.map(|end| self.open(end)).collect();
         self.reasons.extend(named_places(self.task.model, &open).map(|places| {
@@ -312,8 +317,10 @@ impl Follower<'_> {
         let mut search = Search::new(&mut self.forces, vec![Ball::exact(value)], self.task.whole.clone());
         let slopes = search.slopes(&place);
         let Some(found) = systems.near(&place, value, &slopes) else { return };
-        let (here, gap) = (self.values[end.mark.0].mid_f64(), (self.values[1] - self.values[0]).abs_upper());
-        if (found.value.mid_f64() - here).abs() > 2.0 * gap {
+        // Not far from where the branch could not be followed any more, and not before.
+        let gap = (self.values[1] - self.values[0]).mid_f64();
+        let beyond = (found.value.mid_f64() - value) / if end.forward { gap } else { -gap };
+        if !(-1e-9..FARTHEST).contains(&beyond) {
             return;
         }
         let is_same = |known: &Known| {
@@ -329,6 +336,18 @@ impl Follower<'_> {
             self.bifurcations.push(Known { found, shown });
             self.bifurcations.len() - 1
         }));
+    }
+
+    /// Takes folds from branches where not just two of them end in one, from the same side.
+    fn check_folds(&self, ends: &mut [End]) {
+        for (number, known) in self.bifurcations.iter().enumerate() {
+            let own = || ends.iter().filter(|end| end.bifurcation == Some(number)).map(|end| end.forward);
+            let mut sides = own();
+            let is_fold = own().count() == 2 && sides.next() == sides.next();
+            if known.found.kind == Kind::Fold && !is_fold {
+                ends.iter_mut().filter(|end| end.bifurcation == Some(number)).for_each(|end| end.bifurcation = None);
+            }
+        }
     }
 
     /// Connects branches that pass through a bifurcation.
@@ -456,7 +475,7 @@ impl Follower<'_> {
             let accounts = |number: &usize| {
                 let known = &self.bifurcations[*number];
                 let near = |(x, (own, whole)): (&Ball, (&Interval, &Interval))| {
-                    let slack = 1e-3 * whole.width();
+                    let slack = BESIDE * whole.width();
                     own.lo - slack <= x.mid_f64() && x.mid_f64() <= own.hi + slack
                 };
                 self.is_at(*number, *place)

@@ -152,7 +152,7 @@ fn solver(pencil: &Pencil, wanted: Wanted<'_>) -> String {
         format!("sparse L D L^T, {} entries", pencil.fill())
     };
     match wanted {
-        Wanted::Lowest(_) if pencil.is_tridiagonal() => {
+        Wanted::Lowest(_) | Wanted::Near(..) if pencil.is_tridiagonal() => {
             "solver: Sturm counts and twisted factorizations, since M and K are tridiagonal".to_owned()
         }
         Wanted::Lowest(_) | Wanted::Near(..) => format!("solver: block Lanczos steps, {factors}"),
@@ -464,7 +464,9 @@ impl<'a> Search<'a> {
     ) -> Result<Option<(Spectrum, Method)>, ModesError> {
         let n = self.pencil.dimension();
         let count = count.min(n);
-        let Some((columns, window)) = self.about(omega, count) else { return Ok(None) };
+        let tridiagonal = self.pencil.is_tridiagonal().then(|| self.tridiagonal_about(omega, count)).flatten();
+        let method = if tridiagonal.is_some() { Method::Tridiagonal } else { Method::Lanczos };
+        let Some((columns, window)) = tridiagonal.or_else(|| self.about(omega, count)) else { return Ok(None) };
         let Some(columns) = columns else {
             // The window reaches 0: all below its upper end.
             let Some(high) = window.high else { return Ok(None) };
@@ -477,7 +479,37 @@ impl<'a> Search<'a> {
         let Some(mut spectrum) = self.proved(&found, &Zeros::default())? else { return Ok(None) };
         keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
         spectrum.stability = lowest().map_or(Ok(Stability::Undecided), |search| search.stability())?;
-        Ok(Some((spectrum, Method::Lanczos)))
+        Ok(Some((spectrum, method)))
+    }
+
+    /// As [`Self::about`], of tridiagonal matrices.
+    fn tridiagonal_about(&self, omega: f64, count: usize) -> Option<(Option<Columns>, Window)> {
+        let n = self.pencil.dimension();
+        self.budget.at("the search for the modes", None);
+        let bands = Bands::new(self.pencil)?;
+        let below_it = bands.count(omega * omega);
+        // The nearest ones may all be on one side, and one more tells where they end.
+        let (from, to) = (below_it.saturating_sub(count + 1), (below_it + count + 1).min(n));
+        let starts = bands.bisect(&(from..to))?;
+        let distances: Vec<f64> = starts.iter().map(|value| (value.max(0.0).sqrt() - omega).abs()).collect();
+        let order = ordered(&distances);
+        let end = |is_all: bool, distance: Option<&f64>| distance.copied().filter(|_| !is_all).unwrap_or(f64::INFINITY);
+        let beyond = end(from == 0, distances.first()).min(end(to == n, distances.last()));
+        let (k, reach) = gap(&distances, &order, count, beyond)?;
+        if reach >= beyond {
+            return None;
+        }
+        let [low, high] = [omega - reach, omega + reach].map(|end| end.abs() * end);
+        if low <= 0.0 {
+            return Some((None, Window { low: None, high: Some(high) }));
+        }
+        let [above, under] = self.factors([high, low]);
+        let (above, under) = (above?, under?);
+        let mut nearest: Vec<f64> = order[..k].iter().map(|at| starts[*at]).collect();
+        nearest.order_by(f64::total_cmp);
+        let (values, panels) = bands.pairs(&nearest)?;
+        let window = Window { low: Some(low + up(under.error)), high: Some(below(high, above.error)) };
+        (above.negative.checked_sub(under.negative) == Some(k)).then_some((Some(Columns { values, panels }), window))
     }
 
     /// What the lowest mode says of all.

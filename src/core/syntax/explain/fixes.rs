@@ -326,7 +326,7 @@ impl Context<'_> {
             depth += usize::from(token.kind == TokenKind::Open);
             before = Some(token);
         }
-        Some((Span::new(start, before?.end), out))
+        Some((Span::new(start, before?.end), without_single(&out)))
     }
 
     /// `m*g` for `mg`, unless something binds it closer.
@@ -499,4 +499,20 @@ impl Context<'_> {
         };
         short(format!("{word} {head} = {value}"))
     }
+}
+
+/// `2*m` for `2*(m)`.
+fn without_single(product: &str) -> String {
+    let mut parts = product.split("*(");
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let name = part.split_once(')').filter(|(name, _)| {
+            name.chars().all(|c| c.is_alphanumeric() || c == '_') && name.starts_with(|c: char| c.is_alphabetic())
+        });
+        match name {
+            Some((name, rest)) => out.extend(["*", name, rest]),
+            None => out.extend(["*(", part]),
+        }
+    }
+    out
 }
