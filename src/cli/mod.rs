@@ -339,7 +339,8 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     let parts = parts.cubic(args.cubic).quartic(args.quartic);
     // Only a page has numbers, and none at other values than the limits.
     let parts = parts.numbers(parts.numbers && !args.json && limits.is_empty());
-    loaded.answer(&args.model, "deriving the equations", |made, model, warnings| {
+    let mut refused = None;
+    let answer = loaded.answer(&args.model, "deriving the equations", |made, model, warnings| {
         let mut derivation = derive::derive(&model, &parts)?;
         if let Some(exceeded) = &derivation.left_out {
             if args.only.is_some() {
@@ -349,6 +350,10 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
             warnings.push(report::left_out(exceeded));
         }
         for (name, value) in &limits {
+            if let Some(e) = derivation.sign_against(name, value) {
+                refused = Some((name.clone(), e));
+                return Ok(String::new());
+            }
             derivation.limit(name, value);
         }
         if let Some((name, order)) = &expansion {
@@ -365,7 +370,10 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
             own if args.typst => report::derive_typst(own),
             own => report::derive_text(own, &style().ascii(args.ascii)),
         })
-    })
+    })?;
+    let Some((name, e)) = refused else { return Ok(answer) };
+    let what = format!("the formulas hold where `{e}` has the sign that it has at the values of the parameters");
+    Err(wrong_request(what, &format!("give `{name}` a value from where the limit is to be taken: `--set {name}=VALUE`")))
 }
 
 /// A script for a shell.

@@ -16,7 +16,7 @@ const MOST_DIGITS: usize = 10;
 #[must_use]
 pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>], digits: usize) -> String {
     let written = |rate: f64| match rate {
-        0.0 => "0".to_owned(),
+        0.0 => "0e0".to_owned(),
         rate => format!("{rate:.*e}", digits.clamp(1, MOST_DIGITS) - 1),
     };
     let [firsts, seconds] = &[0, 1].map(|axis| chart.values(axis));

@@ -74,6 +74,22 @@ fn symbol(pool: &Algebra<'_>, all: &[ExprId], name: &str) -> Option<Symbol> {
     pool.symbols_of(all).into_iter().find(|symbol| pool.symbol_name(*symbol) == name)
 }
 
+/// Expressions where parameters are equal, or the opposite of each other: in the first one of each set.
+fn tied(pool: &mut Algebra<'_>, ties: &[Vec<String>], all: &[ExprId]) -> Vec<ExprId> {
+    let mut known = Substitution::new();
+    for set in ties {
+        let Some(first) = set.first().and_then(|name| symbol(pool, all, name)) else { continue };
+        let first = pool.symbol_expr(first);
+        for name in &set[1..] {
+            let (name, is_opposite) = name.strip_prefix('-').map_or((name.as_str(), false), |name| (name, true));
+            if let Some(own) = symbol(pool, all, name) {
+                known.insert(own, if is_opposite { pool.neg(first) } else { first });
+            }
+        }
+    }
+    pool.substitute(all, &known)
+}
+
 impl Frequencies {
     /// The frequencies for a special value of a parameter, `--limit k=0`, or to some power of it, `--expand k 2`. Where forms are not defined
     /// there, the zeros of the characteristic polynomial that stay finite stand for all.
@@ -84,9 +100,17 @@ impl Frequencies {
         characteristic: Option<&[ExprId]>,
     ) {
         // Where all is known without equalities, one that the parameter would have to drag along says nothing of this limit.
-        let drags = |tied: &mut Case| tied.ties.iter().flatten().any(|own| own == done.name());
+        let drags = |tied: &Case| tied.ties.iter().flatten().any(|own| own == done.name());
+        if !self.general.complete
+            && self.tied.as_ref().is_some_and(drags)
+            && let Some(all) = characteristic
+            && let Some(found) = symbol(pool, all, done.name()).and_then(|symbol| finite(pool, done, all, symbol))
+        {
+            self.general.frequencies = found;
+            self.tied = None;
+        }
         if self.general.complete {
-            self.tied.take_if(drags);
+            self.tied.take_if(|tied| drags(tied));
         }
         // Nor does one with the opposite of it.
         let opposes =
@@ -107,7 +131,10 @@ impl Frequencies {
                 let is_short = case.known() < before;
                 let is_series = matches!(done, Approximation::Expansion { .. });
                 let found = characteristic.filter(|_| is_short || is_series && plain);
-                let found = found.and_then(|all| finite(pool, done, all, symbol));
+                let found = found.and_then(|all| {
+                    let all = tied(pool, &case.ties, all);
+                    finite(pool, done, &all, symbol)
+                });
                 if let Some(found) = found
                     && (is_short || found.len() == before && cost(pool, &found) < cost(pool, &case.frequencies))
                 {

@@ -609,6 +609,22 @@ impl Derivation {
         reduced.map_or(self, |reduced| &reduced.derivation)
     }
 
+    /// What the closed forms take to be positive, or negative, though it is not where a parameter has a value: `d - 2`.
+    #[must_use]
+    pub fn sign_against(&self, parameter: &str, value: &Number) -> Option<String> {
+        let own = self.reduced();
+        let linear = own.linear.as_ref().ok()?;
+        let mut pool = own.pool.clone();
+        let value = pool.number(value.clone());
+        let more = linear.frequencies.iter().flat_map(|own| own.signs.iter());
+        linear.signs.iter().chain(more).find_map(|(e, negative)| {
+            let symbol = pool.symbols(*e).into_iter().find(|own| pool.symbol_name(*own) == parameter)?;
+            let there = pool.substitute_one(*e, &crate::expr::Substitution::from([(symbol, value)]));
+            let is_broken = pool.as_number(there)?.is_negative() != *negative;
+            is_broken.then(|| pool.display(*e))
+        })
+    }
+
     /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
     /// defined there is dropped.
     pub fn limit(&mut self, parameter: &str, value: &Number) {

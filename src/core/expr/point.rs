@@ -12,6 +12,8 @@
 //! - everything else (logarithms, arc functions, powers with symbolic exponents) is a random
 //!   function of its arguments' values.
 
+use std::collections::BTreeSet;
+
 use super::modular::{root_of_unity, sqrt_of_prime};
 use super::traverse::Reachable;
 use super::{
@@ -65,6 +67,8 @@ pub(super) const POINTS_SIGNS: usize = 24;
 /// Points that are tried, and those after which roots that exist at all of them are not expected.
 pub(super) const ATTEMPTS: u64 = 200;
 const HOPELESS: usize = 32;
+/// What is a square at so many points is taken for one everywhere.
+const OFTEN: usize = 12;
 
 /// Common denominators of angles up to here are taken account of.
 const MAX_DENOMINATOR: u64 = 1 << 40;
@@ -160,21 +164,22 @@ impl Pool {
     /// known: one point, or many with other signs of roots at each. Points without a root that does not exist, if there are such.
     pub(crate) fn points_at_random(&self, roots: &[ExprId], number: u64) -> impl Iterator<Item = Vec<u64>> {
         let plan = Plan::new(self, roots);
+        let is_single = plan.has_a_single_root(self);
         let mut points = (0..ATTEMPTS).filter_map(move |attempt| {
             let seed = number.wrapping_mul(ATTEMPTS).wrapping_add(attempt);
             plan.evaluate(self, &|symbol| ModularPoint::random_value(seed, symbol), seed)
         });
-        let mut first = Vec::new();
-        while let Some(point) = points.next().filter(|_| first.len() < HOPELESS) {
-            let is_full = !point.certainty.missing_root;
+        // The root of what is no square, and there is no other, is as good with one sign as with the other.
+        let (mut first, mut exists, mut is_square) = (Vec::new(), false, true);
+        while !exists || is_single && is_square && first.len() < OFTEN {
+            let Some(point) = points.next().filter(|_| first.len() < HOPELESS) else { break };
+            exists |= !point.certainty.missing_root;
+            is_square &= !point.certainty.missing_root;
             first.push(point);
-            if is_full {
-                break;
-            }
         }
-        let exist = first.last().is_some_and(|point| !point.certainty.missing_root);
-        let is_known = |own: Certainty| !(own.random_sign || own.missing_root || own.vanishing_root);
-        let full = first.into_iter().chain(points).filter(move |own| !(exist && own.certainty.missing_root));
+        let is_open = !(is_single && !is_square);
+        let is_known = move |own: Certainty| !(own.random_sign && is_open || own.missing_root || own.vanishing_root);
+        let full = first.into_iter().chain(points).filter(move |own| !(exists && own.certainty.missing_root));
         let mut ended = false;
         full.map_while(move |own| (!std::mem::replace(&mut ended, is_known(own.certainty))).then_some(own.values))
             .take(POINTS_SIGNS)
@@ -200,6 +205,22 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// Whether roots are taken of one expression alone, and it is no number.
+    fn has_a_single_root(&self, pool: &Pool) -> bool {
+        let mut bases = BTreeSet::new();
+        for id in &self.reachable.ids {
+            match pool.node(*id) {
+                Node::Product(factors) => {
+                    let roots = factors.iter().filter(|(_, exponent)| !exponent.is_integer());
+                    bases.extend(roots.map(|(base, _)| *base).filter(|base| pool.as_number(*base).is_none()));
+                }
+                Node::Function(Function::Abs, _) => return false,
+                _ => {}
+            }
+        }
+        bases.len() == 1
+    }
+
     pub(super) fn new(pool: &Pool, roots: &[ExprId]) -> Plan {
         let mut plan = Plan {
             roots: roots.to_vec(),

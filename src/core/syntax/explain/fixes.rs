@@ -503,16 +503,15 @@ impl Context<'_> {
 
 /// `2*m` for `2*(m)`.
 fn without_single(product: &str) -> String {
-    let mut parts = product.split("*(");
-    let mut out = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let name = part.split_once(')').filter(|(name, _)| {
-            name.chars().all(|c| c.is_alphanumeric() || c == '_') && name.starts_with(|c: char| c.is_alphabetic())
-        });
-        match name {
+    let mut out = String::new();
+    for (number, part) in format!("*{product}").split("*(").enumerate() {
+        let is_name = |name: &str| {
+            name.starts_with(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || c == '_')
+        };
+        match part.split_once(')').filter(|(name, _)| number > 0 && is_name(name)) {
             Some((name, rest)) => out.extend(["*", name, rest]),
-            None => out.extend(["*(", part]),
+            None => out.extend([if number > 0 { "*(" } else { "" }, part]),
         }
     }
-    out
+    out.split_off(1)
 }
