@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::linearize::{Entries, Invariance, Linearized};
 use crate::order::Order;
 use crate::precision::{Ball, Big, Enclosure, Function, SparseMatrix};
-use crate::symmetry::{Classes, Pattern, Symmetry, point_group};
+use crate::symmetry::{Classes, Pattern, Symmetry, mirror, point_group};
 
 /// Larger models are not searched.
 pub(super) const MOST_COORDINATES: usize = 1500;
@@ -56,6 +56,14 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
     if let Some((group, classes)) = point_group(linearized) {
         return Some(Labels { classes, group: Some(group), more: None });
     }
+    // Where coordinates are not exchanged one by one, the mirror of a body in a plane may lie askew.
+    by_entries(linearized, mass, stiffness)
+        .or_else(|| mirror(linearized).map(|classes| Labels { classes, group: None, more: None }))
+}
+
+/// From permutations of coordinates, with signs.
+fn by_entries(linearized: &Linearized, mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Labels> {
+    let n = mass.dimension();
     let mut pattern = of_enclosures(mass, stiffness)?;
     if !Symmetry::may_have_classes(&pattern) {
         return None;

@@ -295,9 +295,23 @@ fn sum(axes: &[Vec<usize>], terms: &[(f64, Element)]) -> Vec<Vec<(usize, f64)>> 
 /// apart; `None` where the energies do not turn freely, or it has no elements but one. A single mirror in a plane is no group
 /// of this kind.
 pub(crate) fn point_group(linearized: &Linearized) -> Option<(String, Classes)> {
+    group(linearized, [3, 2])
+}
+
+/// The classes of a single mirror in a plane, at any angle: even and odd.
+pub(crate) fn mirror(linearized: &Linearized) -> Option<Classes> {
+    group(linearized, [2, usize::MAX]).map(|(_, classes)| classes)
+}
+
+/// Of so many elements at least, in a plane and in space.
+fn group(linearized: &Linearized, least: [usize; 2]) -> Option<(String, Classes)> {
     let axes = linearized.axes_of_bodies()?;
     let at = linearized.exact_equilibrium()?;
     let figure = Figure::new(&axes, &at, [false; 3])?;
+    let least = if axes.len() == 2 { least[0] } else { least[1] };
+    if least == usize::MAX {
+        return None;
+    }
     // Whatever the centre will be, the distances have to allow it.
     if figure.basis.len() == 3 && figure.candidates()?.len() < 2 {
         return None;
@@ -314,11 +328,16 @@ pub(crate) fn point_group(linearized: &Linearized) -> Option<(String, Classes)> 
         return exchanges.in_a_row(&figure);
     }
     let group = PointGroup::new(exchanges.group(&figure)?)?;
-    let least = if axes.len() == 2 { 3 } else { 2 };
     if group.elements.len() < least {
         return None;
     }
-    let weights = group.weights()?;
+    let mut weights = group.weights()?;
+    if axes.len() == 2 && group.elements.len() == 2 {
+        let is_even = |name: &str| !name.contains("''");
+        for (_, name) in &mut weights.names {
+            *name = if is_even(name) { "even" } else { "odd" }.to_owned();
+        }
+    }
     let terms: Vec<(f64, Element)> = weights.elements.into_iter().zip(group.elements).collect();
     Some((group.name, Classes::of_sum(sum(&axes, &terms), &terms, weights.names)))
 }
