@@ -38,6 +38,7 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
         let borders = all(args.threads, count, "finding the borders", worker, || Ok(()))?.concat();
         write_file(path, &report::borders_csv(&chart, &borders), &mut source)?;
     }
-    let text = if args.model.drawn { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows, args.digits) };
+    let text =
+        if args.model.drawn { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows, args.digits) };
     Ok(Answer::new(text, Some((source, Vec::new()))))
 }

@@ -373,7 +373,10 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     })?;
     let Some((name, e)) = refused else { return Ok(answer) };
     let what = format!("the formulas hold where `{e}` has the sign that it has at the values of the parameters");
-    Err(wrong_request(what, &format!("give `{name}` a value from where the limit is to be taken: `--set {name}=VALUE`")))
+    Err(wrong_request(
+        what,
+        &format!("give `{name}` a value from where the limit is to be taken: `--set {name}=VALUE`"),
+    ))
 }
 
 /// A script for a shell.

@@ -177,7 +177,7 @@ impl Pool {
             is_square &= !point.certainty.missing_root;
             first.push(point);
         }
-        let is_open = !(is_single && !is_square);
+        let is_open = !is_single || is_square;
         let is_known = move |own: Certainty| !(own.random_sign && is_open || own.missing_root || own.vanishing_root);
         let full = first.into_iter().chain(points).filter(move |own| !(exists && own.certainty.missing_root));
         let mut ended = false;

@@ -505,9 +505,8 @@ impl Context<'_> {
 fn without_single(product: &str) -> String {
     let mut out = String::new();
     for (number, part) in format!("*{product}").split("*(").enumerate() {
-        let is_name = |name: &str| {
-            name.starts_with(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || c == '_')
-        };
+        let is_name =
+            |name: &str| name.starts_with(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || c == '_');
         match part.split_once(')').filter(|(name, _)| number > 0 && is_name(name)) {
             Some((name, rest)) => out.extend(["*", name, rest]),
             None => out.extend([if number > 0 { "*(" } else { "" }, part]),
