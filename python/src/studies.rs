@@ -181,7 +181,7 @@ pub(crate) fn multipliers(
             let mut worker = chart.worker();
             move |row| worker.row(row)
         })?;
-        let text = if svg { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows, 10) };
+        let text = if svg { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows, digits) };
         Ok(Written::drawn(text))
     })
 }
