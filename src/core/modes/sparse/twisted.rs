@@ -45,6 +45,12 @@ impl Band {
         own
     }
 
+    #[inline(always)]
+    fn diagonal(&self, i: usize) -> DoubleDouble {
+        self.diagonal[i]
+    }
+
+    #[inline(always)]
     fn side(&self, i: usize) -> DoubleDouble {
         self.side.get(i).copied().unwrap_or(DoubleDouble::ZERO)
     }
@@ -201,16 +207,32 @@ counts, count_loops, (bands: &Bands<'_>, shifts: Lane) -> [usize; LANES]);
 
 #[inline(always)]
 fn count_loops<const FUSED: bool>(bands: &Bands<'_>, shifts: Lane) -> [usize; LANES] {
-    let (mut pivot, mut counts) = (Lane::ONE, Lane::ZERO);
-    for i in 0..bands.pencil.dimension() {
-        let diagonal = Lane::splat(bands.stiffness.diagonal[i].hi) - shifts * Lane::splat(bands.mass.diagonal[i].hi);
-        let side = Lane::splat(bands.stiffness.side(i).hi) - shifts * Lane::splat(bands.mass.side(i).hi);
-        let next = diagonal - side * side / pivot;
-        let is_small = Lane::splat(bands.least).above(next.abs());
-        pivot = Lane::splat(-bands.least).choose(is_small, next);
-        counts += Lane::ZERO.above(pivot);
+    let n = bands.pencil.dimension();
+    let entry = |band: fn(&Band, usize) -> DoubleDouble, i: usize| {
+        Lane::splat(band(&bands.stiffness, i).hi) - shifts * Lane::splat(band(&bands.mass, i).hi)
+    };
+    let apart = |pivot: Lane| {
+        let is_small = Lane::splat(bands.least).above(pivot.abs());
+        Lane::splat(-bands.least).choose(is_small, pivot)
+    };
+    // From both ends to the row where they meet: neither division has to wait for the other.
+    let meet = n / 2;
+    let (mut above, mut below, mut beside) = (Lane::ONE, Lane::ONE, Lane::ZERO);
+    let (mut counts, mut others) = (Lane::ZERO, Lane::ZERO);
+    for at in 0..meet {
+        let side = entry(Band::side, at);
+        above = apart(entry(Band::diagonal, at) - side * side / above);
+        counts += Lane::ZERO.above(above);
+        let last = n - 1 - at;
+        if last > meet {
+            below = apart(entry(Band::diagonal, last) - beside * beside / below);
+            beside = entry(Band::side, last);
+            others += Lane::ZERO.above(below);
+        }
     }
-    counts.0.map(|count| count as usize)
+    let side = entry(Band::side, meet);
+    counts += Lane::ZERO.above(apart(entry(Band::diagonal, meet) - side * side / above - beside * beside / below));
+    (counts + others).0.map(|count| count as usize)
 }
 
 impl Pair {
@@ -238,24 +260,27 @@ twisted, twisted_loops, (bands: &Bands<'_>, theta: Pair, down: &mut [Lane], z: &
 #[inline(always)]
 fn twisted_loops<const FUSED: bool>(bands: &Bands<'_>, theta: Pair, down: &mut [Lane], z: &mut [Lane]) -> Lane {
     let n = down.len();
-    let mut pivot = Pair { high: Lane::ONE, low: Lane::ZERO };
-    for (i, down) in down.iter_mut().enumerate() {
-        let side = bands.side::<FUSED>(i, &theta);
-        pivot = bands.diagonal::<FUSED>(i, &theta).eliminated::<FUSED>(&side, &pivot, bands.least);
-        *down = pivot.high;
-    }
-    let mut pivot = Pair { high: Lane::ONE, low: Lane::ZERO };
+    let (mut above, mut below) = (Pair { high: Lane::ONE, low: Lane::ZERO }, Pair { high: Lane::ONE, low: Lane::ZERO });
     let (mut meet, mut twist) = (Lane::splat(f64::INFINITY), Lane::ZERO);
     let mut side = Pair::ZERO;
-    for i in (0..n).rev() {
-        let here = bands.diagonal::<FUSED>(i, &theta);
-        pivot = here.eliminated::<FUSED>(&side, &pivot, bands.least);
-        side = bands.side::<FUSED>(i, &theta);
-        z[i] = pivot.high;
-        let gamma = down[i] + ((pivot.high - here.high) + (pivot.low - here.low));
-        let nearer = meet.abs().above(gamma.abs());
-        meet = gamma.choose(nearer, meet);
-        twist = Lane::splat(i as f64).choose(nearer, twist);
+    // From both ends at once: neither division has to wait for the other.
+    for at in 0..n {
+        let last = n - 1 - at;
+        let here = [at, last].map(|i| bands.diagonal::<FUSED>(i, &theta));
+        above = here[0].eliminated::<FUSED>(&bands.side::<FUSED>(at, &theta), &above, bands.least);
+        below = here[1].eliminated::<FUSED>(&side, &below, bands.least);
+        side = bands.side::<FUSED>(last, &theta);
+        (down[at], z[last]) = (above.high, below.high);
+        if at < last {
+            continue;
+        }
+        // Where the other end has been.
+        for (i, pivot, here, other) in [(at, &above, &here[0], z[at]), (last, &below, &here[1], down[last])] {
+            let gamma = other + ((pivot.high - here.high) + (pivot.low - here.low));
+            let nearer = meet.abs().above(gamma.abs());
+            meet = gamma.choose(nearer, meet);
+            twist = Lane::splat(i as f64).choose(nearer, twist);
+        }
     }
     let (mut before, mut side) = (Lane::ZERO, Lane::ZERO);
     for i in (0..n).rev() {
