@@ -46,11 +46,6 @@ impl Band {
     }
 
     #[inline(always)]
-    fn diagonal(&self, i: usize) -> DoubleDouble {
-        self.diagonal[i]
-    }
-
-    #[inline(always)]
     fn side(&self, i: usize) -> DoubleDouble {
         self.side.get(i).copied().unwrap_or(DoubleDouble::ZERO)
     }
@@ -208,9 +203,9 @@ counts, count_loops, (bands: &Bands<'_>, shifts: Lane) -> [usize; LANES]);
 #[inline(always)]
 fn count_loops<const FUSED: bool>(bands: &Bands<'_>, shifts: Lane) -> [usize; LANES] {
     let n = bands.pencil.dimension();
-    let entry = |band: fn(&Band, usize) -> DoubleDouble, i: usize| {
-        Lane::splat(band(&bands.stiffness, i).hi) - shifts * Lane::splat(band(&bands.mass, i).hi)
-    };
+    let shifted = |k: DoubleDouble, m: DoubleDouble| Lane::splat(k.hi) - shifts * Lane::splat(m.hi);
+    let diagonal = |i: usize| shifted(bands.stiffness.diagonal[i], bands.mass.diagonal[i]);
+    let side = |i: usize| shifted(bands.stiffness.side(i), bands.mass.side(i));
     let apart = |pivot: Lane| {
         let is_small = Lane::splat(bands.least).above(pivot.abs());
         Lane::splat(-bands.least).choose(is_small, pivot)
@@ -220,18 +215,18 @@ fn count_loops<const FUSED: bool>(bands: &Bands<'_>, shifts: Lane) -> [usize; LA
     let (mut above, mut below, mut beside) = (Lane::ONE, Lane::ONE, Lane::ZERO);
     let (mut counts, mut others) = (Lane::ZERO, Lane::ZERO);
     for at in 0..meet {
-        let side = entry(Band::side, at);
-        above = apart(entry(Band::diagonal, at) - side * side / above);
+        let own = side(at);
+        above = apart(diagonal(at) - own * own / above);
         counts += Lane::ZERO.above(above);
         let last = n - 1 - at;
         if last > meet {
-            below = apart(entry(Band::diagonal, last) - beside * beside / below);
-            beside = entry(Band::side, last);
+            below = apart(diagonal(last) - beside * beside / below);
+            beside = side(last);
             others += Lane::ZERO.above(below);
         }
     }
-    let side = entry(Band::side, meet);
-    counts += Lane::ZERO.above(apart(entry(Band::diagonal, meet) - side * side / above - beside * beside / below));
+    let own = side(meet);
+    counts += Lane::ZERO.above(apart(diagonal(meet) - own * own / above - beside * beside / below));
     (counts + others).0.map(|count| count as usize)
 }
 
