@@ -283,7 +283,8 @@ impl Factored {
             };
             let (positive, open) = (square(known), square(&by_signs));
             let (Some(positive), Some(open)) = (positive, open) else { continue };
-            if found.iter().any(|other| other.positive == positive) {
+            // What no parameter is in is a number.
+            if pool.is_constant(positive) || found.iter().any(|other| other.positive == positive) {
                 continue;
             }
             let is_special = conservative || !pool.reachable(&[positive]).iter().any(|own| pool.is_sum(*own));
