@@ -210,6 +210,20 @@ fn conditions_that_are_too_strong_are_told() {
         found.iter().filter(|one| format!("{:?}", one.role) == "Sufficient").count()
     };
     assert_eq!((of(["c1", "c2", "c3"]), of(["c1", "c1", "2*c1"])), (3, 0));
+    // Neither c₁ > 0 nor c₂ > 0 is needed: two dampers of three may do.
+    assert_eq!(of(["c1*c2", "c1^2*c2", "c1*c2"]), 2);
+}
+
+/// ω = √(k/m) ± W for k -> 0: the same frequency twice, and positive.
+#[test]
+fn limits_of_pairs_are_positive() {
+    let mut own =
+        page("param W = 1/2, k = 2, m = 2  coord x, y  T = 1/2*m*((x' - W*y)^2 + (y' + W*x)^2)  V = 1/2*k*(x^2 + y^2)");
+    own.limit("k", &Number::ZERO);
+    let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+    let all: Vec<(f64, usize)> =
+        found.exponents.iter().map(|one| (at(&own, one.imaginary, &[("W", 0.5)]), one.multiplicity)).collect();
+    assert_eq!(all, [(0.5, 2), (-0.5, 2)]);
 }
 
 /// A parameter that is tiny makes no two values one, and no bars are dropped from friction.

@@ -205,6 +205,21 @@ fn degenerate_bifurcations_are_left_open() {
     assert_eq!(error.unwrap_err().code(), "E0727");
 }
 
+/// Branches that end in a kink beside a fold of others, and undecided ones that a bifurcation elsewhere in them does not account for.
+#[test]
+fn what_a_bifurcation_does_not_explain_is_left_open() {
+    let text = "param a=-0.1 param p=-0.21 param q=-0.0027 param s=1 param c=0.545 coord x T=1/2*x'^2
+        let C=s*p^2-c*(a-q) V=a*(s*x^3/3-s*p*x^2+C*x)+abs(x)*(s*x^3/4-2*s*p*x^2/3+C*x/2)";
+    assert!(!diagram(text, "x=-4..5", "a=-0.35..0.35:8").unwrap().complete);
+    let text = "param p=0.0078 param a=0.1 coord x T=1/2*x'^2
+        V=x^8/8-(2*p^2+a)*x^6/6+(p^4+a^2+2*a*p^2)*x^4/4-a*(p^4+a^2)*x^2/2";
+    assert!(!diagram(text, "x=-4..4", "a=-0.2..0.2:5").unwrap().complete);
+    // Folds at the ends of the range, and two between whose values lies a branch.
+    let pendulum = complete("param p=0 coord x T=1/2*x'^2 V=-cos(x)-p*x", "x=-3..3", "p=-1..1:5");
+    assert_eq!((pendulum.branches.len(), pendulum.bifurcations.len()), (3, 2));
+    complete("param p=0 coord x T=1/2*x'^2 V=x^4/4-1e-4*x^2/2+p*x", "x=-2..2", "p=-1..1:20");
+}
+
 /// The parameter's own unit.
 #[test]
 fn values_are_in_the_unit_of_the_parameter() {

@@ -9,7 +9,7 @@ use crate::survey::Plan;
 fn every_claim_about_random_models_holds() {
     let plan = Plan {
         seed: 1,
-        models: 0..250,
+        models: 0..320,
         kind: None,
         digits: None,
         threads: std::thread::available_parallelism().map_or(1, usize::from),

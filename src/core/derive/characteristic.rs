@@ -425,11 +425,11 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
     if zeros + parts.zeros as usize != 2 * linear.mass.len() || parts.zeros > 0 && !pervasive.definite {
         return None;
     }
-    let own = essential(&pervasive.conditions, &pervasive.signs).into_iter();
-    let own = own.map(|own| StabilityCondition {
-        role: if pervasive.needs(&own) { Role::Needed } else { Role::Sufficient },
-        ..StabilityCondition::new(signed(pool, &pervasive.ring, &own), None)
-    });
+    let own = essential(&pervasive.conditions, &pervasive.signs);
+    let role = if pervasive.needs(&own) { Role::Needed } else { Role::Sufficient };
+    let own = own
+        .into_iter()
+        .map(|own| StabilityCondition { role, ..StabilityCondition::new(signed(pool, &pervasive.ring, &own), None) });
     let mut found: Vec<StabilityCondition> = own.collect();
     found.extend(parts.stability(checker, pool, &undamped)?.0);
     agreeing(checker, pool, found)

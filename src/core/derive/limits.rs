@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::exponents::Exponents;
+use super::exponents::{ClosedExponent, Exponents};
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
 use super::roots::{best_to_read, of_polynomial, root};
 use super::simplify::{Algebra, rebuild};
@@ -169,10 +169,33 @@ impl Exponents {
                 each.for_each(|(own, drawn)| own.imaginary = pool.simplify(drawn));
             }
             self.complete &= self.exponents.len() == before;
+            self.merge(pool);
         }
         self.characteristic = None;
         self.stability = None;
         self.approximations.push(done.clone());
+    }
+}
+
+impl Exponents {
+    /// Makes equal exponents one, and puts the one of a pair first that has no minus sign.
+    fn merge(&mut self, pool: &mut Algebra<'_>) {
+        let mut merged: Vec<ClosedExponent> = Vec::new();
+        for own in self.exponents.drain(..) {
+            match merged.iter_mut().find(|other| (other.real, other.imaginary) == (own.real, own.imaginary)) {
+                Some(same) => same.multiplicity += own.multiplicity,
+                None => merged.push(own),
+            }
+        }
+        for at in 0..merged.len() {
+            let (real, imaginary) = (merged[at].real, merged[at].imaginary);
+            let opposite = pool.neg(imaginary);
+            let other = merged[at..].iter().position(|own| (own.real, own.imaginary) == (real, opposite));
+            if let Some(other) = other.filter(|_| pool.split_content(imaginary).0.is_negative()) {
+                merged.swap(at, at + other);
+            }
+        }
+        self.exponents = merged;
     }
 }
 

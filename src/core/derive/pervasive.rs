@@ -90,10 +90,12 @@ impl Pervasive {
         Some(Self { ring, signs, conditions, damping, definite })
     }
 
-    /// Whether a condition is needed as well: all friction changes its sign with it.
-    pub(super) fn needs(&self, condition: &Sign) -> bool {
-        let [common] = condition.factors.as_slice() else { return false };
-        self.damping.iter().flatten().all(|own| own.is_zero() || own.over(common).is_some())
+    /// Whether conditions are needed as well: there is one alone, with which all friction changes its sign.
+    pub(super) fn needs(&self, conditions: &[Sign]) -> bool {
+        let [Sign { factors, .. }] = conditions else { return conditions.is_empty() };
+        let [common] = factors.as_slice() else { return false };
+        let times = |own: &Polynomial| std::iter::successors(own.over(common), |rest| rest.over(common)).count();
+        self.damping.iter().flatten().all(|own| own.is_zero() || times(own) % 2 == 1)
     }
 }
 

@@ -31,8 +31,9 @@ const MOST_VALUES: usize = 10_000;
 const SHORTEST: f64 = 1.0 / (1 << 14) as f64;
 /// A bifurcation is no farther than so many gaps from where a branch that ends in it can't be followed any more.
 const FARTHEST: f64 = 256.0 * SHORTEST;
-/// What is not decided contains the bifurcation, up to this share of the box.
-const BESIDE: f64 = 1e-9;
+/// What is not decided contains the bifurcation, up to this share of the box: beside a fold forces grow with the square of the
+/// distance.
+const BESIDE: f64 = 1e-6;
 
 /// Equilibria that are connected over neighbouring values.
 #[derive(Clone, Debug)]
@@ -338,12 +339,14 @@ impl Follower<'_> {
         }));
     }
 
-    /// Takes folds from branches where not just two of them end in one, from the same side.
+    /// Takes folds from branches where more than two of them end in one, or not from the same side; of one branch the other half may
+    /// lie between two values.
     fn check_folds(&self, ends: &mut [End]) {
         for (number, known) in self.bifurcations.iter().enumerate() {
             let own = || ends.iter().filter(|end| end.bifurcation == Some(number)).map(|end| end.forward);
             let mut sides = own();
-            let is_fold = own().count() == 2 && sides.next() == sides.next();
+            let first = sides.next();
+            let is_fold = own().count() <= 2 && sides.next().is_none_or(|second| first == Some(second));
             if known.found.kind == Kind::Fold && !is_fold {
                 ends.iter_mut().filter(|end| end.bifurcation == Some(number)).for_each(|end| end.bifurcation = None);
             }
