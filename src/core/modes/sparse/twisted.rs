@@ -261,21 +261,22 @@ fn twisted_loops<const FUSED: bool>(bands: &Bands<'_>, theta: Pair, down: &mut [
     // From both ends at once: neither division has to wait for the other.
     for at in 0..n {
         let last = n - 1 - at;
-        let here = [at, last].map(|i| bands.diagonal::<FUSED>(i, &theta));
-        above = here[0].eliminated::<FUSED>(&bands.side::<FUSED>(at, &theta), &above, bands.least);
-        below = here[1].eliminated::<FUSED>(&side, &below, bands.least);
+        // Without closures, in which there would be no fused instructions.
+        let (here, there) = (bands.diagonal::<FUSED>(at, &theta), bands.diagonal::<FUSED>(last, &theta));
+        above = here.eliminated::<FUSED>(&bands.side::<FUSED>(at, &theta), &above, bands.least);
+        below = there.eliminated::<FUSED>(&side, &below, bands.least);
         side = bands.side::<FUSED>(last, &theta);
         (down[at], z[last]) = (above.high, below.high);
         if at < last {
             continue;
         }
         // Where the other end has been.
-        for (i, pivot, here, other) in [(at, &above, &here[0], z[at]), (last, &below, &here[1], down[last])] {
-            let gamma = other + ((pivot.high - here.high) + (pivot.low - here.low));
-            let nearer = meet.abs().above(gamma.abs());
-            meet = gamma.choose(nearer, meet);
-            twist = Lane::splat(i as f64).choose(nearer, twist);
-        }
+        let gamma = z[at] + ((above.high - here.high) + (above.low - here.low));
+        let nearer = meet.abs().above(gamma.abs());
+        (meet, twist) = (gamma.choose(nearer, meet), Lane::splat(at as f64).choose(nearer, twist));
+        let gamma = down[last] + ((below.high - there.high) + (below.low - there.low));
+        let nearer = meet.abs().above(gamma.abs());
+        (meet, twist) = (gamma.choose(nearer, meet), Lane::splat(last as f64).choose(nearer, twist));
     }
     let (mut before, mut side) = (Lane::ZERO, Lane::ZERO);
     for i in (0..n).rev() {
