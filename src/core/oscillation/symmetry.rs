@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::linearize::{Entries, Invariance, Linearized};
 use crate::order::Order;
 use crate::precision::{Ball, Big, Enclosure, Function, SparseMatrix};
-use crate::symmetry::{Classes, Pattern, Symmetry, mirror, point_group};
+use crate::symmetry::{Classes, Pattern, Symmetry, point_group};
 
 /// Larger models are not searched.
 pub(super) const MOST_COORDINATES: usize = 1500;
@@ -53,12 +53,12 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
     if !(2..=MOST_COORDINATES).contains(&n) {
         return None;
     }
-    if let Some((group, classes)) = point_group(linearized) {
-        return Some(Labels { classes, group: Some(group), more: None });
+    let of_bodies = point_group(linearized).map(|(group, classes)| Labels { classes, group, more: None });
+    if of_bodies.as_ref().is_some_and(|own| own.group.is_some()) {
+        return of_bodies;
     }
     // Where coordinates are not exchanged one by one, the mirror of a body in a plane may lie askew.
-    by_entries(linearized, mass, stiffness)
-        .or_else(|| mirror(linearized).map(|classes| Labels { classes, group: None, more: None }))
+    by_entries(linearized, mass, stiffness).or(of_bodies)
 }
 
 /// From permutations of coordinates, with signs.

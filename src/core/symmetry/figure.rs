@@ -292,26 +292,12 @@ fn sum(axes: &[Vec<usize>], terms: &[(f64, Element)]) -> Vec<Vec<(usize, f64)>> 
 }
 
 /// The point group of a model whose coordinates are those of bodies in a plane or in space, and what tells its classes
-/// apart; `None` where the energies do not turn freely, or it has no elements but one. A single mirror in a plane is no group
-/// of this kind.
-pub(crate) fn point_group(linearized: &Linearized) -> Option<(String, Classes)> {
-    group(linearized, [3, 2])
-}
-
-/// The classes of a single mirror in a plane, at any angle: even and odd.
-pub(crate) fn mirror(linearized: &Linearized) -> Option<Classes> {
-    group(linearized, [2, usize::MAX]).map(|(_, classes)| classes)
-}
-
-/// Of so many elements at least, in a plane and in space.
-fn group(linearized: &Linearized, least: [usize; 2]) -> Option<(String, Classes)> {
+/// apart; `None` where the energies do not turn freely, or it has no elements but one. A single mirror in a plane, at any angle, has
+/// no name: its classes are even and odd.
+pub(crate) fn point_group(linearized: &Linearized) -> Option<(Option<String>, Classes)> {
     let axes = linearized.axes_of_bodies()?;
     let at = linearized.exact_equilibrium()?;
     let figure = Figure::new(&axes, &at, [false; 3])?;
-    let least = if axes.len() == 2 { least[0] } else { least[1] };
-    if least == usize::MAX {
-        return None;
-    }
     // Whatever the centre will be, the distances have to allow it.
     if figure.basis.len() == 3 && figure.candidates()?.len() < 2 {
         return None;
@@ -325,19 +311,20 @@ fn group(linearized: &Linearized, least: [usize; 2]) -> Option<(String, Classes)
     let figure = if held.contains(&true) { Figure::new(&axes, &at, held)? } else { figure };
     let mut exchanges = Exchanges { energies, axes: &axes, freedom };
     if figure.basis.len() == 1 {
-        return exchanges.in_a_row(&figure);
+        return exchanges.in_a_row(&figure).map(|(name, classes)| (Some(name), classes));
     }
     let group = PointGroup::new(exchanges.group(&figure)?)?;
-    if group.elements.len() < least {
+    if group.elements.len() < 2 {
         return None;
     }
     let mut weights = group.weights()?;
-    if axes.len() == 2 && group.elements.len() == 2 {
+    let is_mirror = axes.len() == 2 && group.elements.len() == 2;
+    if is_mirror {
         let is_even = |name: &str| !name.contains("''");
         for (_, name) in &mut weights.names {
             *name = if is_even(name) { "even" } else { "odd" }.to_owned();
         }
     }
     let terms: Vec<(f64, Element)> = weights.elements.into_iter().zip(group.elements).collect();
-    Some((group.name, Classes::of_sum(sum(&axes, &terms), &terms, weights.names)))
+    Some(((!is_mirror).then_some(group.name), Classes::of_sum(sum(&axes, &terms), &terms, weights.names)))
 }

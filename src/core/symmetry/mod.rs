@@ -26,7 +26,7 @@ mod search;
 use std::collections::BTreeSet;
 
 pub use classes::{Classes, wave_number};
-pub(crate) use figure::{mirror, point_group};
+pub(crate) use figure::point_group;
 pub use pattern::Pattern;
 use points::{Moves, independent};
 
