@@ -4,7 +4,8 @@
 
 pub mod precise;
 
-use dashu_int::IBig;
+use dashu_int::ops::Gcd;
+use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 use librate::modes::Options;
 use librate::precision::Ball;
@@ -81,51 +82,52 @@ pub fn integers(values: &[i64]) -> Vec<RBig> {
     values.iter().map(|&x| RBig::from(x)).collect()
 }
 
-/// The number of eigenvalues of K x = s M x below s, exactly: the negative pivots of the LDLᵀ
-/// factorisation of K - s M, with 2 by 2 pivots where the diagonal vanishes (Sylvester).
-/// Also the dimension of the kernel.
+/// The number of eigenvalues of K x = s M x below s, exactly: the negative pivots of K - s M (Sylvester), in integers by Bareiss' elimination
+/// (Math. Comp. 22, 1968), whose pivots are quotients of what stands on the diagonal by what stood there before. Also the dimension of the kernel.
 pub fn count_below(mass: &Exact, stiffness: &Exact, s: &RBig) -> (usize, usize) {
     let n = mass.len();
-    let mut a: Exact = (0..n).map(|i| (0..n).map(|j| &stiffness[i][j] - &(&mass[i][j] * s)).collect()).collect();
+    let entry = |i: usize, j: usize| &stiffness[i][j] - &(&mass[i][j] * s);
+    let exact: Exact = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+    let multiple = exact.iter().flatten().fold(UBig::ONE, |all, own| {
+        let common = (&all).gcd(own.denominator());
+        all / common * own.denominator()
+    });
+    let whole = |own: &RBig| own.numerator() * IBig::from(&multiple / own.denominator());
+    let mut rows: Vec<Vec<IBig>> = exact.iter().map(|row| row.iter().map(whole).collect()).collect();
+    // What each row was divided by last: rows of a band are brought up to date when they are needed.
+    let mut divisors = vec![IBig::ONE; n];
+    let (mut negative, mut before) = (0, IBig::ONE);
     let mut left: Vec<usize> = (0..n).collect();
-    let (mut negative, mut zero) = (0, 0);
     while !left.is_empty() {
-        if let Some(at) = left.iter().position(|&i| a[i][i] != RBig::ZERO) {
-            let p = left.remove(at);
-            let pivot = a[p][p].clone();
-            negative += usize::from(pivot < RBig::ZERO);
-            for &i in &left {
-                if a[i][p] == RBig::ZERO {
-                    continue;
-                }
-                let factor = &a[i][p] / &pivot;
-                for &j in &left {
-                    let change = &factor * &a[p][j];
-                    a[i][j] = &a[i][j] - &change;
-                }
+        let mut update = |rows: &mut [Vec<IBig>], i: usize| {
+            if divisors[i] != before {
+                rows[i].iter_mut().for_each(|own| *own = &*own * &before / &divisors[i]);
+                divisors[i] = before.clone();
             }
-            continue;
-        }
-        // The diagonal vanishes: a pair (p, q) with an entry beside it has one eigenvalue of
-        // each sign.
-        let pair = left.iter().find_map(|&p| left.iter().find(|&&q| a[p][q] != RBig::ZERO).map(|&q| (p, q)));
-        let Some((p, q)) = pair else {
-            zero += left.len();
-            break;
         };
-        negative += 1;
-        left.retain(|&i| i != p && i != q);
-        let b = a[p][q].clone();
-        let old = a.clone();
-        for &i in &left {
-            for &j in &left {
-                // A - [c d] [[0, b], [b, 0]]⁻¹ [c d]ᵀ
-                let change = (&old[i][p] * &old[q][j] + &old[i][q] * &old[p][j]) / &b;
-                a[i][j] = &a[i][j] - &change;
-            }
+        let Some(at) = left.iter().position(|&i| rows[i][i] != IBig::ZERO) else {
+            let pairs = || left.iter().flat_map(|&p| left.iter().map(move |&q| (p, q)));
+            let Some((p, q)) = pairs().find(|&(p, q)| rows[p][q] != IBig::ZERO) else { break };
+            // The diagonal vanishes: in the sum of two rows and columns twice the entry beside it stands there.
+            update(&mut rows, p);
+            update(&mut rows, q);
+            left.iter().for_each(|&j| rows[p][j] = &rows[p][j] + &rows[q][j]);
+            left.iter().for_each(|&i| rows[i][p] = &rows[i][p] + &rows[i][q]);
+            continue;
+        };
+        let p = left.remove(at);
+        update(&mut rows, p);
+        let pivot = rows[p].clone();
+        negative += usize::from((pivot[p] < IBig::ZERO) != (before < IBig::ZERO));
+        for &i in left.iter().filter(|&&i| pivot[i] != IBig::ZERO) {
+            update(&mut rows, i);
+            let factor = rows[i][p].clone();
+            left.iter().for_each(|&j| rows[i][j] = (&pivot[p] * &rows[i][j] - &factor * &pivot[j]) / &before);
         }
+        left.iter().filter(|&&i| pivot[i] != IBig::ZERO).for_each(|&i| divisors[i] = pivot[p].clone());
+        before = pivot[p].clone();
     }
-    (negative, zero)
+    (negative, left.len())
 }
 
 /// Exact witness: the k-th ω² lies in its ball, and clusters do not claim separation that is not
