@@ -7,7 +7,6 @@
 //! makes the linear system singular, too.
 
 use librate_core::worded;
-use std::collections::VecDeque;
 
 use super::solve::{Matrices, Slope};
 use super::{Force, LEVELS, ResponseError, Study, System};
@@ -23,9 +22,11 @@ const AT_ENDS: usize = 70;
 const BEHIND_ENDS: usize = 24;
 /// Places in a piece that are looked at, in thousandths of it.
 const INSIDE: [i64; 3] = [333, 571, 802];
-/// Multiplications for one output, and pieces that are examined.
+/// Multiplications for one output, and pieces that are examined: in all, and side by side at one width. About a place at which a factor cancels
+/// their number grows at each width.
 const MOST_WORK: f64 = 3e7;
 const MOST_PIECES: f64 = 5e4;
+const MOST_IN_A_ROW: usize = 1 << 10;
 /// Halvings of an enclosure at most.
 const MOST_HALVINGS: usize = 200;
 
@@ -105,12 +106,13 @@ fn from_share([from, to]: &Piece, share: i64) -> Number {
     from.add(&to.sub(from).mul(&Number::ratio(share, 1000).unwrap_or_default()))
 }
 
-/// Pieces in order, those that touch each other as one.
+/// Pieces in order, those that overlap or touch each other as one.
 fn joined(mut pieces: Vec<Piece>) -> Vec<Piece> {
     pieces.order_by(|left, right| left[0].cmp(&right[0]));
     let mut all = Vec::<Piece>::new();
     for piece in pieces {
-        match all.last_mut().filter(|last| last[1] == piece[0]) {
+        match all.last_mut().filter(|last| last[1] >= piece[0]) {
+            Some(last) if last[1] >= piece[1] => {}
             Some(last) => last[1] = piece[1].clone(),
             None => all.push(piece),
         }
@@ -178,9 +180,8 @@ impl Search<'_> {
                 None => undecided.push(piece.clone()),
             }
         }
-        undecided.order_by(|left, right| left[0].to_f64().total_cmp(&right[0].to_f64()));
         let place = |share: &Number| self.place([share, share]).map_or(f64::NAN, |place| place.mid_f64());
-        (found, undecided.iter().map(|piece| piece.each_ref().map(place)).collect())
+        (found, joined(undecided).iter().map(|piece| piece.each_ref().map(place)).collect())
     }
 
     /// The narrow pieces in which the slope may be 0, and those that there was no time for.
@@ -193,34 +194,46 @@ impl Search<'_> {
         if self.eliminated(&somewhere, None, false).is_some_and(|x| x.re.is_zero() && x.im.is_zero()) {
             return (narrow, undecided);
         }
-        // Wide pieces first: where nothing can be decided shall not take the time of all others.
-        let mut open = VecDeque::from([(0, AT_ENDS, [Number::ZERO, Number::ONE])]);
-        while let Some((depth, narrowest, piece)) = open.pop_front() {
-            left -= 1.0;
-            let sample = self.sample(&piece, None);
-            if sample.is_some_and(is_decided) {
-                continue;
-            }
-            // So close to an end the slope may be lost in rounding: then it is everywhere in the piece, not at a peak alone.
-            let is_lost = |from: &i64| {
-                let inside = [*from, from + 1].map(|share| from_share(&piece, share));
+        // So close to an end the slope may be lost in rounding: then it is everywhere in the piece, not at a peak alone.
+        let is_lost = |piece: &Piece| {
+            INSIDE.iter().all(|from| {
+                let inside = [*from, from + 1].map(|share| from_share(piece, share));
                 !self.sample(&inside, None).is_some_and(is_decided)
-            };
-            if depth > NARROWEST && narrowest != AT_ENDS && INSIDE.iter().all(is_lost) {
-                continue;
+            })
+        };
+        let mut open = vec![(AT_ENDS, [Number::ZERO, Number::ONE])];
+        for depth in 0.. {
+            if open.is_empty() {
+                break;
             }
-            if depth >= narrowest || left < 0.0 {
-                if left < 0.0 { &mut undecided } else { &mut narrow }.push(piece);
-                continue;
+            let mut next = Vec::new();
+            for row in open.chunk_by(|(_, left), (_, right)| left[1] == right[0]) {
+                // Where nothing can be decided shall not take the time of all others.
+                if row.len() > MOST_IN_A_ROW || left < 0.0 {
+                    undecided.extend(row.iter().map(|(_, piece)| piece.clone()));
+                    continue;
+                }
+                left -= row.len() as f64;
+                for (narrowest, piece) in row {
+                    if self.sample(piece, None).is_some_and(is_decided)
+                        || depth > NARROWEST && *narrowest != AT_ENDS && is_lost(piece)
+                    {
+                        continue;
+                    }
+                    if depth >= *narrowest {
+                        narrow.push(piece.clone());
+                        continue;
+                    }
+                    let half = middle(piece);
+                    next.extend([[piece[0].clone(), half.clone()], [half, piece[1].clone()]].map(|own| {
+                        let is_at_end = own[0].is_zero() || own[1].is_one();
+                        let behind =
+                            if *narrowest == AT_ENDS { NARROWEST.max(depth + 1 + BEHIND_ENDS) } else { *narrowest };
+                        (if is_at_end { AT_ENDS } else { behind }, own)
+                    }));
+                }
             }
-            let half = middle(&piece);
-            let [from, to] = piece;
-            let depth = depth + 1;
-            open.extend([[from, half.clone()], [half, to]].map(|own| {
-                let is_at_end = own[0].is_zero() || own[1].is_one();
-                let behind = if narrowest == AT_ENDS { NARROWEST.max(depth + BEHIND_ENDS) } else { narrowest };
-                (depth, if is_at_end { AT_ENDS } else { behind }, own)
-            }));
+            open = next;
         }
         (joined(narrow), joined(undecided))
     }
