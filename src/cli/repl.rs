@@ -7,7 +7,7 @@ use std::process::{Child, Command as Process, ExitCode, Stdio};
 use clap::{Args, CommandFactory};
 use librate::diagnostic::Diagnostic;
 use librate::model::units_with_prefixes;
-use librate::syntax::{self, FUNCTIONS, STATEMENT_WORDS, StatementKind};
+use librate::syntax::{self, Binding, FUNCTIONS, IndexKind, Indices, Name, STATEMENT_WORDS, StatementKind};
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
 use rustyline::highlight::Highlighter;
@@ -189,13 +189,23 @@ impl Session {
     fn declare(&mut self, text: &str) -> Result<(), Failure> {
         let parsed = syntax::parse(text).map_err(|errors| wrong(text, &errors))?;
         for statement in &parsed.statements {
-            let own = declared(&statement.kind);
-            let same = |entry: &String| {
-                statements(entry).iter().any(|other| declared(&other.kind).iter().any(|name| own.contains(name)))
+            let own = declared(&statement.kind, text);
+            let others = |entry: &String| -> Vec<String> {
+                statements(entry).iter().flat_map(|other| declared(&other.kind, entry)).collect()
             };
             let new = text[statement.span.range()].to_owned();
-            match self.entries.iter().position(same) {
-                Some(at) => self.entries[at] = new,
+            let is_same = |entry: &String| others(entry).iter().any(|name| own.contains(name));
+            let same: Vec<usize> = (0..self.entries.len()).filter(|at| is_same(&self.entries[*at])).collect();
+            let all = same.iter().flat_map(|at| others(&self.entries[*at])).collect::<Vec<_>>();
+            if let Some(left) = all.iter().find(|name| !own.contains(name)) {
+                let how = "declare all of it again, or give a value with `NAME = VALUE`";
+                return Err(fault(format!("`{left}` is declared in the same statement: {how}")));
+            }
+            match same.split_first() {
+                Some((at, rest)) => {
+                    self.entries[*at] = new;
+                    rest.iter().rev().for_each(|at| drop(self.entries.remove(*at)));
+                }
                 // What others are made from stands above them.
                 None => {
                     let own = rank(&statement.kind);
@@ -232,9 +242,10 @@ impl Session {
 
     /// All names that are declared.
     fn names(&self) -> Vec<String> {
-        let parsed = statements(&self.text());
-        let names = parsed.iter().flat_map(|statement| declared(&statement.kind));
-        names.filter_map(|name| name.split_whitespace().last().map(str::to_owned)).collect()
+        let text = self.text();
+        let names = statements(&text).iter().flat_map(|statement| declared(&statement.kind, &text)).collect::<Vec<_>>();
+        let name = |declared: String| Some(declared.split('[').next()?.split_whitespace().last()?.to_owned());
+        names.into_iter().filter_map(name).collect()
     }
 
     /// The frequencies, and what they were, once there are energies.
@@ -312,22 +323,33 @@ fn is_name(text: &str) -> bool {
     letters.next().is_some_and(char::is_alphabetic) && letters.all(is_letter)
 }
 
-/// What a statement declares; another one of the same takes its place.
-fn declared(kind: &StatementKind) -> Vec<String> {
+/// What a statement declares; another one of the same takes its place. The members of a family that are declared one by one are different.
+fn declared(kind: &StatementKind, text: &str) -> Vec<String> {
+    let of = |name: &Name, indices: &Option<Box<Indices>>| {
+        let Some(indices) = indices else { return name.text.to_string() };
+        let entry = |at: usize| match &indices.entries[at].kind {
+            IndexKind::Member(_) => text[indices.entries[at].span.range()].split_whitespace().collect(),
+            IndexKind::Range { .. } | IndexKind::Rows { .. } => "..".to_owned(),
+        };
+        let entries: Vec<String> = (0..indices.entries.len()).map(entry).collect();
+        let filter = if indices.filter.is_some() { &text[indices.span.range()] } else { "" };
+        format!("{}[{}]{filter}", name.text, entries.join(","))
+    };
+    let bound = |own: &Binding| of(&own.name, &own.indices);
     match kind {
         StatementKind::Model { .. } => vec!["model".to_owned()],
-        StatementKind::Param(bindings) => bindings.iter().map(|own| own.name.text.to_string()).collect(),
-        StatementKind::Coord { declarations } => declarations.iter().map(|own| own.name.text.to_string()).collect(),
-        StatementKind::Let(own) => vec![own.name.text.to_string()],
+        StatementKind::Param(bindings) => bindings.iter().map(bound).collect(),
+        StatementKind::Coord { declarations } => declarations.iter().map(|own| of(&own.name, &own.indices)).collect(),
+        StatementKind::Let(own) => vec![bound(own)],
         StatementKind::Table { name, .. } => vec![name.text.to_string()],
         StatementKind::Kinetic(_) => vec!["T".to_owned()],
         StatementKind::Potential(_) => vec!["V".to_owned()],
         StatementKind::Lagrangian(_) => vec!["lagrangian".to_owned()],
         StatementKind::Dissipation(_) => vec!["dissipation".to_owned()],
         StatementKind::Period(_) => vec!["period".to_owned()],
-        StatementKind::Force(own) => vec![format!("force {}", own.name.text)],
-        StatementKind::Guess { binding, rate } => vec![format!("guess {rate} {}", binding.name.text)],
-        StatementKind::Equilibrium { binding, rate } => vec![format!("equilibrium {rate} {}", binding.name.text)],
+        StatementKind::Force(own) => vec![format!("force {}", bound(own))],
+        StatementKind::Guess { binding, rate } => vec![format!("guess {rate} {}", bound(binding))],
+        StatementKind::Equilibrium { binding, rate } => vec![format!("equilibrium {rate} {}", bound(binding))],
         StatementKind::Constraint { .. } | StatementKind::Assume(_) | StatementKind::Draw { .. } => Vec::new(),
     }
 }

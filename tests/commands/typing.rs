@@ -170,6 +170,21 @@ fn frequencies_move_with_what_is_typed() {
     assert!(again.out.ends_with("omega 2.000000000   was 4.000000000\n"), "{}", again.out);
 }
 
+/// Members of a family that are declared one by one stay, and so does what a statement declares beside a name.
+#[test]
+fn statements_replace_what_they_declare_and_nothing_else() {
+    let typed = "param a = 1, k = 1\ncoord x[1..2]\nlet u[0] = a\nlet u[i in 1..2] = u[i-1]*x[i]\n\
+                 T = 1/2*dot(x', x')\nV = 1/2*k*dot(x, x) + u[2]\nforce x[1] = -1/2*x[1]'\nforce x[2] = -x[2]'\n\
+                 force x[ 2 ] = -1/5*x[2]'\nlet u[j in 1..2] = u[j-1]*x[j]^2\nparam k = 5\nk = 4\ntext\n";
+    let run = answers(&folder("replaced"), &[], typed);
+    let model = "param a = 1, k = 4\ncoord x[1..2]\nlet u[0] = a\nlet u[j in 1..2] = u[j-1]*x[j]^2\nT = 1/2*dot(x', x')\n\
+                 V = 1/2*k*dot(x, x) + u[2]\nforce x[1] = -1/2*x[1]'\nforce x[ 2 ] = -1/5*x[2]'\n";
+    assert!(run.out.ends_with(model), "{}", run.out);
+    assert!(run.err.contains("`a` is declared in the same statement"), "{}", run.err);
+    let run = answers(&folder("replaced"), &[], "param a = 1\nparam k = 1\nparam k = 2, a = 3\ntext\n");
+    assert_eq!(run.out, "param k = 2, a = 3\n");
+}
+
 #[test]
 fn other_commands_have_the_model_typed_so_far() {
     let folder = folder("commands");
