@@ -188,17 +188,17 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
     let crossed = !points.is_empty();
     if crossed {
         let colour = branches.len() + view.orders.len();
-        omega.push(Curve { name: "crossing, proved".to_owned(), colour, stroke: Stroke::Rings, points });
+        omega.push(Curve { name: "crossing".to_owned(), colour, stroke: Stroke::Rings, points });
     }
     let growth = grows.then(|| Panel::new(across(), axis(exponent, &growth, 1), growth));
     let what = if view.orders.is_empty() { "Frequencies" } else { "Campbell diagram" };
-    let rings = if crossed { " Rings are where modes of different symmetry cross." } else { "" };
+    let rings = if crossed { " Rings are where modes of different symmetry cross: bounds on both sides prove their order." } else { "" };
     let description = format!("The frequencies over {name}; each mode is followed by its shape.{rings}");
     with_growth(titled(what, model_name), description, Panel::new(across(), up, omega), growth)
 }
 
-/// Where frequencies of different symmetry classes change places, as their bounds at two values prove, to a part of a pixel. Others that
-/// come near to each other may avoid it.
+/// Where frequencies of different symmetry classes change places, as their bounds at two values within a part of a pixel prove. Others that
+/// come near to each other may avoid it; at a pole, where a frequency ends, they do not cross.
 fn crossings(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> Vec<[f64; 2]> {
     let solved = |place: usize| Some(&places.get(place)?.result.as_ref().ok()?.1.modes);
     let closest = match places {
@@ -224,7 +224,7 @@ fn crossings(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> Vec<[f64; 
                 {
                     if before.crosses(&middle) { after = middle } else { before = middle }
                 }
-                if before.crosses(&after) {
+                if before.crosses(&after) && (after.value - before.value).abs() <= closest {
                     let share = before.by.mid_f64() / (before.by.mid_f64() - after.by.mid_f64());
                     let at = |[from, to]: [f64; 2]| from + share * (to - from);
                     found.push([at([before.value, after.value]), at([before.omega, after.omega])]);
@@ -252,8 +252,9 @@ struct Apart {
 
 impl Apart {
     fn new(value: f64, modes: &[NormalMode], [one, two]: [usize; 2]) -> Option<Self> {
-        let omega = modes.get(one)?.omega;
-        Some(Self { value, omega: omega.mid_f64(), by: omega - modes.get(two)?.omega })
+        let (one, two) = (modes.get(one)?, modes.get(two)?);
+        let both = [one, two].iter().all(|own| own.omega.is_positive());
+        both.then(|| Self { value, omega: one.omega.mid_f64(), by: one.omega - two.omega })
     }
 
     /// In the middle of an interval, where the modes have these ranks in the classes of their branches.
