@@ -60,11 +60,16 @@ pub fn modes_svg(linearized: &Linearized, modes: &NormalModes) -> String {
             curves.push(curve(first, 0, Stroke::Solid, &mode.vector, 0.0));
         }
         if is_complex {
-            // Re((u + iv) e^(iωt)) is -v after a quarter of a period.
-            let later: Vec<f64> = mode.imaginary.iter().map(|part| -part).collect();
+            // Re((u + iv) e^(iωt)) is -v after a quarter of a period; where there is none, both parts are free motions.
+            let (told, sign) = match mode.kind {
+                Kind::Zero | Kind::Overdamped => ("the imaginary part", 1.0),
+                _ if mode.growth.is_zero() => ("a quarter of a period later", -1.0),
+                _ => ("a quarter of a period later, but for the growth", -1.0),
+            };
+            let later: Vec<f64> = mode.imaginary.iter().map(|part| sign * part).collect();
             let stroke = if names.len() <= MOST_STEMS { Stroke::Stems } else { Stroke::Dashed };
             curves.push(curve("", 1, stroke, &later, aside));
-            curves.push(curve("a quarter of a period later", 1, Stroke::Rings, &later, aside));
+            curves.push(curve(told, 1, Stroke::Rings, &later, aside));
         }
         let across = Axis::names("", names.clone());
         Panel::new(across, Axis::blank(-1.15, 1.15), curves).titled(caption(mode, number, model.has_units))
@@ -192,7 +197,11 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
     }
     let growth = grows.then(|| Panel::new(across(), axis(exponent, &growth, 1), growth));
     let what = if view.orders.is_empty() { "Frequencies" } else { "Campbell diagram" };
-    let rings = if crossed { " Rings are where modes of different symmetry cross: bounds on both sides prove their order." } else { "" };
+    let rings = if crossed {
+        " Rings are where modes of different symmetry cross: bounds on both sides prove their order."
+    } else {
+        ""
+    };
     let description = format!("The frequencies over {name}; each mode is followed by its shape.{rings}");
     with_growth(titled(what, model_name), description, Panel::new(across(), up, omega), growth)
 }

@@ -3,26 +3,37 @@
 use super::picture::{Axis, Curve, Panel, Picture, Stroke};
 use super::{shown_unit, with_unit};
 use librate_core::model::{Model, Range};
-use librate_studies::period::{Motion, Place};
+use librate_core::precision::Ball;
+use librate_studies::period::{Motion, Place, hills};
 
-/// The period over the amplitude or the energy, as an SVG picture; broken where there is no periodic motion and where
-/// librations end and rotations begin.
+/// The period over the amplitude or the energy, as an SVG picture; broken where there is no periodic motion, at a separatrix, and where librations
+/// end and rotations begin.
 #[must_use]
 pub fn period_svg(model: &Model, range: &Range, places: &[Place]) -> String {
     let mut curves: Vec<Curve> = Vec::new();
     let mut before = None;
     for place in places {
-        let kind = place.result.as_ref().ok().map(|found| matches!(found.motion, Motion::Rotation { .. }));
-        if let (Ok(found), Some(rotates)) = (&place.result, kind) {
-            if before != kind {
-                let (name, colour) = if rotates { ("rotation", 1) } else { ("libration", 0) };
-                curves.push(Curve { name: name.to_owned(), colour, stroke: Stroke::Solid, points: Vec::new() });
+        let Ok(found) = &place.result else {
+            before = None;
+            continue;
+        };
+        let (hills, across) = match &found.motion {
+            // In SI, like the axis.
+            Motion::Libration { turning } => {
+                let amplitude = (turning[1] - found.equilibrium).mid_f64();
+                (Some(hills(model, turning.each_ref().map(Ball::mid_f64))), amplitude)
             }
-            if let Some(curve) = curves.last_mut() {
-                curve.points.push([place.value, found.period.mid_f64()]);
-            }
+            Motion::Rotation { .. } => (None, place.value),
+        };
+        if before != Some(hills) {
+            let (name, colour) = if hills.is_none() { ("rotation", 1) } else { ("libration", 0) };
+            curves.push(Curve { name: name.to_owned(), colour, stroke: Stroke::Solid, points: Vec::new() });
         }
-        before = kind;
+        before = Some(hills);
+        if let Some(curve) = curves.last_mut() {
+            let across = if range.name() == "amplitude" { across } else { place.value };
+            curve.points.push([across, found.period.mid_f64()]);
+        }
     }
     if curves.iter().all(|curve| curve.colour == 0) {
         curves.iter_mut().for_each(|curve| curve.name.clear());
@@ -34,6 +45,9 @@ pub fn period_svg(model: &Model, range: &Range, places: &[Place]) -> String {
         _ => Some("J").filter(|_| model.has_units),
     };
     let across = Axis::over(with_unit(range.name(), unit), values(0), 0.0);
-    let description = format!("The period over the {}; the curve ends where no motion is periodic.", range.name());
+    let description = format!(
+        "The period over the {}; the curve ends where no motion is periodic, and at a separatrix.",
+        range.name()
+    );
     Picture::single("Period", description, Panel::new(across, up, curves)).svg()
 }

@@ -58,6 +58,10 @@ fn each_kind_is_drawn() {
     assert!(told.contains(&"φ₃".to_owned()));
     let complex = texts(&picture(&["modes", "models/foucault_pendulum.lag"]));
     assert!(complex.contains(&"a quarter of a period later".to_owned()));
+    let damped = texts(&picture(&["modes", "models/damped_pair.lag"]));
+    assert!(damped.contains(&"a quarter of a period later, but for the growth".to_owned()), "{damped:?}");
+    let free = texts(&picture(&["modes", "models/cyclotron.lag"]));
+    assert!(free.contains(&"the imaginary part".to_owned()), "{free:?}");
     let spectrum = texts(&picture(&["spectrum", "models/three_pendulums.lag"]));
     assert!(spectrum.iter().any(|own| own.starts_with("Spectrum")) && spectrum.contains(&"mode".to_owned()));
     let dispersion = texts(&picture(&["spectrum", "models/ring.lag"]));
@@ -128,6 +132,17 @@ fn all_models_have_a_picture_of_their_modes() {
     }
 }
 
+/// No curve goes through a separatrix, at which the period has no end, and amplitudes are in SI, whatever unit the coordinate has.
+#[test]
+fn periods_end_at_a_separatrix() {
+    let curves = |svg: &str| svg.matches("class=\"c0 line\"").count();
+    let paths = |over: &str| curves(&picture(&["period", "models/double_well.lag", "--over", over]));
+    assert_eq!([paths("energy=-0.9..-0.1:9"), paths("energy=-0.9..5:30"), paths("energy=1..5:9")], [1, 2, 1]);
+    let model = "coord th : deg  T = 1/2*th'^2  V = 1 - cos(th)";
+    let told = texts(&with_input(&["plot", "period", "-", "--over", "amplitude=10..170:5"], model).out);
+    assert!(told.contains(&"amplitude (rad)".to_owned()) && !told.contains(&"100".to_owned()), "{told:?}");
+}
+
 #[test]
 fn what_is_no_picture_is_told() {
     for (arguments, told) in [
@@ -196,6 +211,9 @@ fn crossings_that_are_proved_have_rings() {
         assert!((x - left - a / 4.0 / 3.0 * (right - left)).abs() < 2.0, "{x}");
     }
     assert_eq!(rings(&model.replace("1/5*z*(x + y)", "1/5*z*(x + 2*y)")), [0.0; 0]);
+    // At a pole a frequency ends; the even one is 2 where 1/(2.03 - a) is 4.
+    let pole = "param a = 1  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/4*(x + y)^2/(2.03 - a) + (x - y)^2";
+    assert_eq!(rings(pole).len(), 2);
 }
 
 /// The cubic pieces of each curve of a picture: four points each.

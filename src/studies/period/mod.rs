@@ -41,7 +41,7 @@ mod weights;
 pub use curve::{Place, curve};
 pub use energies::check;
 pub use error::PeriodError;
-pub use portrait::{Course, Orbit, portrait};
+pub use portrait::{Course, Orbit, hills, portrait};
 
 use center::{Center, Corner};
 use energies::{Energies, Kinked};

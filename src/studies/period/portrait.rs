@@ -18,6 +18,8 @@ const PLACES: usize = 2_000;
 const POINTS: usize = 80;
 /// Energies below the highest of those that separate, and as many above.
 const LEVELS: u32 = 5;
+/// Steps between places that are smaller than this part of the depth of a potential are rounding.
+const FLAT: f64 = 1e-12;
 /// Halvings of the way to a turning point.
 const HALVINGS: usize = 60;
 
@@ -90,6 +92,18 @@ pub fn portrait(model: &Model, found: &Found) -> Vec<Orbit> {
         plane.orbits(energy, &here, &mut orbits);
     }
     orbits
+}
+
+/// How many hills of the potential a motion passes between its turning points, in doubles, for pictures: where this changes over the energy, there
+/// is a separatrix.
+#[must_use]
+pub fn hills(model: &Model, turning: [f64; 2]) -> usize {
+    let Some(plane) = Plane::new(model, turning) else { return 0 };
+    let heights: Vec<f64> = plane.places().map(|q| plane.height(q)).filter(|height| height.is_finite()).collect();
+    let depth = heights.iter().fold(0.0, |depth: f64, height| depth.max(heights[0] - height));
+    let steps = heights.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| step.abs() > FLAT * depth);
+    let rises: Vec<bool> = steps.map(|step| step > 0.0).collect();
+    rises.windows(2).filter(|pair| pair[0] && !pair[1]).count()
 }
 
 impl Plane {
