@@ -138,7 +138,7 @@ fn periods_end_at_a_separatrix() {
     let curves = |svg: &str| svg.matches("class=\"c0 line\"").count();
     let paths = |over: &str| curves(&picture(&["period", "models/double_well.lag", "--over", over]));
     assert_eq!([paths("energy=-0.9..-0.1:9"), paths("energy=-0.9..5:30"), paths("energy=1..5:9")], [1, 2, 1]);
-    let model = "coord th : deg  T = 1/2*th'^2  V = 1 - cos(th)";
+    let model = "param J : kg*m^2 = 1  param D : N*m = 1  coord th : deg  T = 1/2*J*th'^2  V = D*(1 - cos(th))";
     let told = texts(&with_input(&["plot", "period", "-", "--over", "amplitude=10..170:5"], model).out);
     assert!(told.contains(&"amplitude (rad)".to_owned()) && !told.contains(&"100".to_owned()), "{told:?}");
 }
