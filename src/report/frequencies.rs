@@ -179,7 +179,7 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
     }
     if case.frequencies.is_empty() {
         if !frequencies.approximations.is_empty() {
-            let title = format!("no closed form is defined{}", approximations(&frequencies.approximations));
+            let title = format!("no closed form was found{}", approximations(&frequencies.approximations));
             parts.push(Part::Section(title, Vec::new(), Form::Close));
         }
         return;

@@ -367,8 +367,10 @@ impl Page {
                 self.parts.push(section("momenta", texts));
             }
             if derivation.shows("hamiltonian") {
-                let function = format!("h = {}", derivation.text(&energy.function));
-                let hamiltonian = energy.hamiltonian.iter().map(|own| format!("H = {}", derivation.text(own)));
+                let [function, hamiltonian] = &names.energies;
+                let function = format!("{function} = {}", derivation.text(&energy.function));
+                let own = energy.hamiltonian.iter();
+                let hamiltonian = own.map(|own| format!("{hamiltonian} = {}", derivation.text(own)));
                 self.parts.push(section("energy function and Hamiltonian", [function].into_iter().chain(hamiltonian)));
             }
         }

@@ -103,6 +103,10 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
         Err(LinearizeError::TimeDependent { .. }) => None,
         other => Some(other?),
     };
+    // A row of M that vanishes is seen below, without values too.
+    if let Ok(found) = linearize::linearize(model.clone()) {
+        found.check_inertia()?;
+    }
     let fixed = exponents(model);
     let open: Vec<usize> = (0..model.parameters.len())
         .filter(|at| {

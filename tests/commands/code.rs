@@ -369,6 +369,9 @@ fn what_has_no_code_is_refused() {
         assert_eq!((run.status, run.out.as_str()), (1, ""), "{model}");
         assert!(run.err.contains(code), "{}", run.err);
     }
+    // No row of M vanishes, but M is singular.
+    let singular = with_input(&["export", "-", "--code", "c"], "coord x, y  T = (x' + y')^2  V = x^2 + (y - 1)^2");
+    assert!(singular.status == 1 && singular.err.contains("E0308"), "{}", singular.err);
     let large = run(&["export", "models/chain_walls.lag", "--set", "N=201", "--code", "python"]);
     assert!(large.status == 1 && large.err.contains("201 coordinates"), "{}", large.err);
     assert_eq!(run(&["export", PENDULUMS, "--code", "fortran"]).status, 2);

@@ -134,6 +134,12 @@ fn names_are_kept_apart() {
     let latex = |name: &str| notation.read(name).map(|formula| formula.latex()).unwrap_or_default();
     assert_eq!([latex("th"), latex("theta'")], [r"\mathrm{th}", r"\dot{\theta}"]);
     assert_eq!([latex("phi"), latex("φ")], [r"\mathrm{phi}", r"\varphi"]);
+    let notation = Notation::default().names(["phi_1", "φ_1"]);
+    assert_eq!(notation.read("φ_1").unwrap().latex(), r"\text{φ\_1}");
+    // What stands for displacements and momenta beside names that these have elsewhere.
+    let notation = Notation::new(["th", "theta"]).names(["th", "theta", "p_x", "delta_x"]);
+    let texts = ["P_th", "P_theta", "xi_th'", "xi_theta"].map(|name| notation.read(name).unwrap().text(60).join(""));
+    assert_eq!(texts, ["P_th", "P_θ", "ξ\u{307}_th", "ξ_θ"]);
 }
 
 #[test]

@@ -76,6 +76,8 @@ pub struct Names {
     pub momentum: String,
     /// The family of the normal coordinates: `Q`, if the model has no such name.
     pub normal: String,
+    /// The energy function and the Hamiltonian: `h` and `H`, if the model has no such names.
+    pub energies: [String; 2],
     /// What the model calls expressions of its own.
     pub named: Vec<String>,
 }

@@ -7,6 +7,9 @@ use super::{Formula, Sign, Symbol};
 use crate::order::Order;
 use crate::syntax::{Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Member, StatementKind, parse};
 
+/// What displacements and momenta of a derivation begin with, in front of a coordinate.
+const DERIVED: [&str; 6] = ["delta", "xi", "eta", "p", "P", "pi"];
+
 /// What the names of an expression stand for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -162,17 +165,16 @@ impl Notation {
     fn named(&self, name: &str) -> Symbol {
         let of = |name: &str| self.apart.get(name).cloned().unwrap_or_else(|| Symbol::of(name));
         let is_own = self.own.contains(name);
-        let known = |prefix: &str| name.strip_prefix(prefix).filter(|of| !is_own && self.coordinates.contains(*of));
-        if let Some(coordinate) = known("delta_") {
-            let mut symbol = of(coordinate);
-            symbol.delta = true;
-            symbol
-        } else if let Some(coordinate) = known("p_") {
-            let mut symbol = Symbol::of("p");
-            symbol.subscript = vec![Subscript::Coordinate(of(coordinate))];
-            symbol
-        } else {
-            of(name)
+        // Displacements and momenta, and what these are called where the model has such names of its own.
+        let known = name.split_once('_').filter(|(prefix, coordinate)| {
+            !is_own && DERIVED.contains(prefix) && self.coordinates.contains(*coordinate)
+        });
+        match known {
+            Some(("delta", coordinate)) => Symbol { delta: true, ..of(coordinate) },
+            Some((letter, coordinate)) => {
+                Symbol { subscript: vec![Subscript::Coordinate(of(coordinate))], ..Symbol::of(letter) }
+            }
+            None => of(name),
         }
     }
 

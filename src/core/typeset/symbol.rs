@@ -72,12 +72,13 @@ pub(super) fn latex_word(word: &str) -> String {
 
 fn plain_latex(word: &str) -> String {
     let mut letters = word.chars();
+    let escaped = || word.replace('_', r"\_");
     match (letters.next(), letters.next()) {
         // Fonts for formulas have no other letters.
-        _ if !word.is_ascii() => format!(r"\text{{{word}}}"),
+        _ if !word.is_ascii() => format!(r"\text{{{}}}", escaped()),
         (Some(only), None) => only.to_string(),
         _ if word.chars().all(|c| c.is_ascii_digit()) => word.to_owned(),
-        _ => format!(r"\mathrm{{{}}}", word.replace('_', r"\_")),
+        _ => format!(r"\mathrm{{{}}}", escaped()),
     }
 }
 
