@@ -11,7 +11,7 @@ import json
 import numbers
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, SupportsFloat
 
@@ -82,19 +82,16 @@ def _text(value: Any) -> str:
     raise TypeError(f"a number is needed, not {value!r}")
 
 
-def _settings(name: str, value: Any) -> Iterator[str]:
-    """`k=8`; of a family one for each member, `m[1]=1`."""
+def _value(value: Any) -> str:
+    """A number, or `[1, 2, 3]` for the members of a family in their order."""
     value = _scalar(value)
     if isinstance(value, Iterable) and not isinstance(value, str):
-        for at, one in enumerate(value, 1):
-            yield from _settings(f"{name[:-1]},{at}]" if name.endswith("]") else f"{name}[{at}]", one)
-    else:
-        yield f"{name}={_text(value)}"
+        return f"[{', '.join(map(_value, value))}]"
+    return _text(value)
 
 
 def _all_settings(values: Mapping[str, Any] | None) -> list[str]:
-    given = _items(values or {}, 'a dict of values, {"k": 8}')
-    return [setting for name, value in given for setting in _settings(name, value)]
+    return [f"{name}={_value(value)}" for name, value in _items(values or {}, 'a dict of values, {"k": 8}')]
 
 
 def _optional(value: Any) -> str | None:

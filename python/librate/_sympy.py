@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import re
 from typing import TYPE_CHECKING
 
@@ -53,10 +54,12 @@ class _Reader:
 
     def symbol(self, name: str) -> sympy.Symbol:
         """What a name stands for, at rest."""
-        plain = re.sub(r"\W+", "_", name).strip("_")
-        if plain != name and any(own.name == plain for key, own in self.symbols.items() if key != name):
-            plain = name
-        return self.symbols.setdefault(name, sympy.Symbol(plain))
+        if name not in self.symbols:
+            plain = re.sub(r"\W+", "_", name).strip("_")
+            taken = {own.name for own in self.symbols.values()}
+            names = itertools.chain([plain], (name + "_" * more for more in itertools.count()))
+            self.symbols[name] = sympy.Symbol(next(one for one in names if one not in taken))
+        return self.symbols[name]
 
     def name(self, name: str, primes: int, moving: bool, unit: str | None) -> sympy.Expr:
         if name == "pi":

@@ -223,6 +223,15 @@ def test_a_derivation_in_sympy(models):
     assert pendulum.symbols["g"] == g
 
 
+def test_names_stay_different_in_sympy():
+    sympy = pytest.importorskip("sympy")
+    text = """param m[1..2] = 1  param m_1 = 5  coord x[1..2]  V = 1/2*dot(x, x)
+        T = 1/2*m[1]*x[1]'^2 + 1/2*(m[2] + m_1)*x[2]'^2"""
+    found = librate.Model(text).derive().to_sympy()
+    one, two, other = (found.symbols[name] for name in ("m[1]", "m[2]", "m_1"))
+    assert len({one, two, other}) == 3 and found.mass == sympy.diag(one, two + other)
+
+
 def test_letters_of_the_imaginary_unit_are_names_of_a_model():
     sympy = pytest.importorskip("sympy")
     i, j, k = sympy.symbols("i j k")

@@ -100,6 +100,12 @@ def test_parameters_are_set_by_numbers_and_texts():
     assert model.parameters == {"m[1]": 0.1, "m[2]": 1 / 3, "k": 0.5}
     again = librate.Model(text, set={"m": [np.array(0.1), Fraction(1, 3)], "k": np.array(0.5)})
     assert again.parameters == model.parameters
+    # The members in their order, wherever the indices begin, and all of them.
+    family = "param m[0..2, 1..2] = 1  coord x  T = 1/2*m[0,1]*x'^2  V = 1/2*m[2,2]*x^2"
+    values = librate.Model(family, set={"m": [[1, 2], [3, 4], (5, "6")]}).parameters
+    assert values == {f"m[{i},{j}]": 2.0 * i + j for i in range(3) for j in (1, 2)}
+    with pytest.raises(librate.Error, match="has 2 members, but a vector of 3 is given"):
+        librate.Model(text, set={"m": [1, 2, 3]})
     # One tenth, not its nearest double.
     assert model.modes(digits=30).digits[1] == "3.16227766016837933199889354443"
 

@@ -66,7 +66,7 @@ impl Elaborator<'_> {
     pub(super) fn check_settings(&mut self, settings: &Settings) {
         for setting in &settings.entries {
             let name = &setting.binding.name.text;
-            if !self.set.iter().any(|((own, _), value)| **own == **name && !value.used) {
+            if !self.set.values().any(|value| value.text == setting.text && !value.used) {
                 continue;
             }
             let mut known: Vec<&str> = self.world.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
