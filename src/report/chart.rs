@@ -1,7 +1,7 @@
 //! Stability charts as CSV and as a picture.
 
-use super::csv_text;
 use super::picture::{Axis, Cell, Panel, Picture, Sample};
+use super::{csv_text, with_unit};
 use librate_studies::chart::{Border, Chart, Place};
 
 /// Shades of growth above the faintest; what is stable stays white.
@@ -76,7 +76,11 @@ pub fn chart_svg(chart: &Chart, rows: &[Vec<Place>]) -> String {
     }
     let axis = |at: usize, values: &[f64], width: f64| {
         let ends = values.first().into_iter().chain(values.last()).copied();
-        Axis::over(chart.names()[at], ends.flat_map(|end| [end - 0.5 * width, end + 0.5 * width]), 0.0)
+        Axis::over(
+            with_unit(chart.names()[at], chart.units()[at]),
+            ends.flat_map(|end| [end - 0.5 * width, end + 0.5 * width]),
+            0.0,
+        )
     };
     let mut panel = Panel::new(axis(0, &first, across), axis(1, &second, up), Vec::new());
     let undecided = rows.iter().flatten().any(|place| place.stable.is_none());
@@ -87,7 +91,10 @@ pub fn chart_svg(chart: &Chart, rows: &[Vec<Place>]) -> String {
     picture.legend.push((Sample::Cell(Some(0.0)), "stable".to_owned()));
     if most > 0.0 {
         picture.legend.push((Sample::Cell(Some(FAINTEST)), "growth slow".to_owned()));
-        picture.legend.push((Sample::Cell(Some(1.0)), format!("growth rate {most:.3}")));
+        picture.legend.push((
+            Sample::Cell(Some(1.0)),
+            format!("growth rate {most:.3}{}", if chart.has_units() { " 1/s" } else { "" }),
+        ));
     }
     picture.legend.extend(undecided.then(|| (Sample::Cell(None), "undecided".to_owned())));
     picture.svg()

@@ -79,6 +79,8 @@ pub struct Border {
 #[derive(Clone, Debug)]
 pub struct Chart {
     axes: [Axis; 2],
+    units: [Option<String>; 2],
+    has_units: bool,
     equations: Equations,
     /// The period, then the place where a search begins.
     start: Prepared<f64>,
@@ -155,13 +157,33 @@ impl Chart {
         let roots = [&[driven.period.0], begin.as_slice()].concat();
         let start = Tape::compile(&driven.pool, &roots, &driven.open)
             .map_err(|_| FloquetError::NotDefined { span: driven.driven_at })?;
-        Ok(Self { axes: [first, second], equations, start: start.prepare(()), damped: driven.damped })
+        let units = [&first, &second].map(|axis| source::unit_of(&source.file, axis.range.name()));
+        Ok(Self {
+            axes: [first, second],
+            units,
+            has_units: model.has_units,
+            equations,
+            start: start.prepare(()),
+            damped: driven.damped,
+        })
     }
 
     /// The names of the parameters.
     #[must_use]
     pub fn names(&self) -> [&str; 2] {
         [self.axes[0].range.name(), self.axes[1].range.name()]
+    }
+
+    /// The units that the parameters are declared with, as they are written.
+    #[must_use]
+    pub fn units(&self) -> [Option<&str>; 2] {
+        self.units.each_ref().map(Option::as_deref)
+    }
+
+    /// Whether growth is a number in 1/s.
+    #[must_use]
+    pub fn has_units(&self) -> bool {
+        self.has_units
     }
 
     /// The number of places along each parameter.

@@ -391,6 +391,13 @@ fn the_text_is_laid_out_and_summed_up() {
     let labels: Vec<&str> = hints.as_array().unwrap().iter().map(|own| own["label"].as_str().unwrap()).collect();
     assert_eq!(labels, [": 1/s", "= 4.42945"]);
     assert_eq!(hints[0]["position"], position(&text, "param ω0|"));
+    let other = "file:///other.lag";
+    let metres =
+        "param l : cm = 2*15, k : N/m = 1, m : kg = 1\ncoord x : m\nT = 1/2*m*x'^2\nV = 1/2*k*(x - l)^2\nguess x = l\n";
+    editor.open(other, metres);
+    editor.hover(other, metres, "param l|", "0.3");
+    let hints = editor.ask("textDocument/inlayHint", json!({"textDocument": {"uri": other}, "range": whole}));
+    assert!(hints.as_array().unwrap().iter().any(|own| own["label"] == "= 0.3 m"), "{hints}");
     let edits = editor.ask("textDocument/formatting", document.clone());
     assert_eq!(edits[0]["newText"].as_str().unwrap(), librate::syntax::format(&text).unwrap());
     let start = Instant::now();

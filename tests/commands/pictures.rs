@@ -103,6 +103,8 @@ fn each_kind_is_drawn() {
     assert!(response.contains(&"ω (rad/s)".to_owned()) && response.contains(&"phase (rad)".to_owned()), "{response:?}");
     // The same bytes again.
     assert_eq!(chart, picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9", "--threads", "1"]));
+    let swing = texts(&picture(&["floquet", "models/child_on_swing.lag", "--map", "eps=0.1..0.5:3", "l0=1..3:3"]));
+    assert!(swing.contains(&"l₀ (m)".to_owned()) && swing.iter().any(|own| own.ends_with(" 1/s")), "{swing:?}");
 }
 
 /// Of the odd mode, omega² = 1 + 2k, and the higher even one, 5/2 + sqrt(9/4 + 9/50), however few values are drawn.

@@ -248,7 +248,10 @@ pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value 
                 && !matches!(value.kind, ExprKind::Number(_) | ExprKind::Negate(_) | ExprKind::Vector(_))
                 && let Some([(_, digits)]) = facts.values.get(&*binding.name.text).map(Vec::as_slice)
             {
-                hint(value.span.end, Some(format!("= {digits}")));
+                // In SI, beside a unit that may be another one.
+                let unit = facts.dimensions.get(&*binding.name.text).filter(|_| binding.unit.is_some());
+                let unit = unit.map_or_else(String::new, |own| format!(" {}", own.unit()));
+                hint(value.span.end, Some(format!("= {digits}{unit}")));
             }
         }
     }

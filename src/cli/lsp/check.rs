@@ -113,7 +113,7 @@ impl Checker {
         let mut options = Options::default().digits(DIGITS);
         (options.vectors, options.threads) = (false, 1);
         let found = solved(model.clone(), &options);
-        let line = found.as_ref().map_or_else(ToString::to_string, |(_, modes)| modes_line(modes));
+        let line = found.as_ref().map_or_else(ToString::to_string, |(_, modes)| modes_line(model, modes));
         self.put(job, |facts| facts.modes = Some(line));
         self.renew(job);
         if let Ok((linearized, _)) = found {
@@ -235,11 +235,12 @@ fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {
 }
 
 /// The frequencies, and whether motions stay small.
-fn modes_line(modes: &NormalModes) -> String {
+fn modes_line(model: &Model, modes: &NormalModes) -> String {
     let shown = modes.modes.iter().take(SHOWN).map(|mode| decimal(&mode.omega, DIGITS).text);
     let mut all: Vec<String> = shown.collect();
     all.extend((modes.modes.len() > SHOWN).then(|| "…".to_owned()));
-    format!("omega = {} rad/s, {}", all.join(", "), modes.stability.as_str())
+    let unit = if model.has_units { " rad/s" } else { "" };
+    format!("omega = {}{unit}, {}", all.join(", "), modes.stability.as_str())
 }
 
 /// A message as an editor has it.
