@@ -70,6 +70,12 @@ pub(crate) struct Outcome {
     pub(crate) cpu: Duration,
 }
 
+impl Outcome {
+    pub(crate) fn wrong(&mut self, wrong: Wrong, message: String) {
+        self.violations.push((wrong, message));
+    }
+}
+
 /// What is asked for.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked {
@@ -111,7 +117,7 @@ pub(crate) fn check(model: &Model, asked: &Asked) -> Outcome {
             // Every model has an equilibrium, most but not all near where the search starts.
             let lost = message == LOST;
             let wrong = if lost { Wrong::Lost } else { Wrong::Error };
-            outcome.violations.push((wrong, message));
+            outcome.wrong(wrong, message);
             return outcome;
         }
     };
@@ -128,8 +134,7 @@ pub(crate) fn check(model: &Model, asked: &Asked) -> Outcome {
             return attempt;
         }
         if bits >= 8 * BITS {
-            let message = format!("the reference is ambiguous at {bits} bits");
-            outcome.violations.push((Wrong::Error, message));
+            outcome.wrong(Wrong::Error, format!("the reference is ambiguous at {bits} bits"));
             return outcome;
         }
         bits *= 2;
@@ -189,7 +194,7 @@ impl Judge {
                     if !within(x, ball, bits) {
                         let message =
                             format!("coordinate {}: {ball:?} is off by {:e}", i + 1, float(&(x - centre(ball, bits))));
-                        outcome.violations.push((Wrong::Equilibrium, message));
+                        outcome.wrong(Wrong::Equilibrium, message);
                     }
                 }
                 Matrices { mass: problem.mass(bits), stiffness: problem.derivatives(&x, bits).1 }
@@ -204,8 +209,7 @@ impl Judge {
         let n = self.truth.values.len();
         let count = asked.lowest.unwrap_or(n).min(n);
         if modes.modes.len() != count {
-            let message = format!("{} modes instead of {count}", modes.modes.len());
-            outcome.violations.push((Wrong::Error, message));
+            outcome.wrong(Wrong::Error, format!("{} modes instead of {count}", modes.modes.len()));
             return Some(());
         }
         let positions = self.positions(modes, outcome)?;
@@ -233,8 +237,7 @@ impl Judge {
             modes.modes.len() < self.truth.values.len() && modes.modes.last().is_some_and(|m| m.kind == Kind::Unstable);
         let true_zeros = self.truth.zeros();
         if claimed > true_zeros || claimed < true_zeros && !cut && !ends_before {
-            let message = format!("{claimed} zero modes instead of {true_zeros}");
-            outcome.violations.push((Wrong::Zeros, message));
+            outcome.wrong(Wrong::Zeros, format!("{claimed} zero modes instead of {true_zeros}"));
         }
         let mut proved: Vec<usize> = zeros.by_ref().take(claimed).collect();
         let taken = if cut { true_zeros } else { proved.len() };
@@ -261,8 +264,7 @@ impl Judge {
             _ => true,
         };
         if !right {
-            let message = format!("{} is wrong", modes.stability.as_str());
-            outcome.violations.push((Wrong::Kind, message));
+            outcome.wrong(Wrong::Kind, format!("{} is wrong", modes.stability.as_str()));
         }
     }
 
@@ -277,14 +279,12 @@ impl Judge {
             _ => true,
         };
         if !right {
-            let message = format!("{name}, {:e}, is no {}", float(value), mode.kind.as_str());
-            outcome.violations.push((Wrong::Kind, message));
+            outcome.wrong(Wrong::Kind, format!("{name}, {:e}, is no {}", float(value), mode.kind.as_str()));
         }
         // Models without friction have a square.
         let square = &mode.omega_squared?;
         if !within(value, square, bits) {
-            let message = format!("{name}: ω² {square:?}, true {}", digits(value));
-            outcome.violations.push((Wrong::Bound, message));
+            outcome.wrong(Wrong::Bound, format!("{name}: ω² {square:?}, true {}", digits(value)));
         }
         match mode.kind {
             Kind::Zero => return Some(()),
@@ -302,8 +302,7 @@ impl Judge {
         outcome.numbers += 1;
         let error = abs(&(&root - centre(ball, bits)));
         if !within(&root, ball, bits) {
-            let message = format!("{name}: {ball:?}, true {}", digits(&root));
-            outcome.violations.push((Wrong::Bound, message));
+            outcome.wrong(Wrong::Bound, format!("{name}: {ball:?}, true {}", digits(&root)));
         }
         let floor = scale(&root, -107);
         let radius = real(&exact(ball.radius), bits);
@@ -344,7 +343,7 @@ impl Judge {
                 float(&least),
                 float(&most)
             );
-            outcome.violations.push((Wrong::Bound, message));
+            outcome.wrong(Wrong::Bound, message);
         }
         Some(())
     }
@@ -353,15 +352,13 @@ impl Judge {
         let printed = decimal(ball, asked);
         let truth = ratio(root);
         let Some((number, shown)) = read(&printed.text) else {
-            let message = format!("{name}: `{}` is no number", printed.text);
-            outcome.violations.push((Wrong::Digit, message));
+            outcome.wrong(Wrong::Digit, format!("{name}: `{}` is no number", printed.text));
             return;
         };
         match printed.rounding {
             Rounding::Correct | Rounding::Tie => {
                 if shown != asked {
-                    let message = format!("{name}: {} has not {asked} digits", printed.text);
-                    outcome.violations.push((Wrong::Digit, message));
+                    outcome.wrong(Wrong::Digit, format!("{name}: {} has not {asked} digits", printed.text));
                 }
             }
             Rounding::Fewer => outcome.fewer.push(shown),
@@ -390,7 +387,7 @@ impl Judge {
                 printed.error_bound,
                 digits(root)
             );
-            outcome.violations.push((Wrong::Digit, message));
+            outcome.wrong(Wrong::Digit, message);
         }
     }
 
@@ -449,7 +446,7 @@ impl Judge {
                                 positions[start] + 1,
                                 float(&worst)
                             );
-                            outcome.violations.push((Wrong::Shape, message));
+                            outcome.wrong(Wrong::Shape, message);
                         }
                     } else {
                         let rest: Vec<Real> = x.iter().zip(&projected).map(|(x, y)| x - y).collect();
@@ -460,7 +457,7 @@ impl Judge {
                                 positions[start] + 1,
                                 float(&(away / &length))
                             );
-                            outcome.violations.push((Wrong::Shape, message));
+                            outcome.wrong(Wrong::Shape, message);
                         }
                     }
                 }
@@ -498,7 +495,7 @@ impl Judge {
                         position + 1,
                         float(&off)
                     );
-                    outcome.violations.push((Wrong::Shape, message));
+                    outcome.wrong(Wrong::Shape, message);
                 }
             }
         }

@@ -65,8 +65,7 @@ pub(crate) fn judge(
     judge.stability(modes, outcome);
     if modes.modes.len() != judge.entries.len() {
         let (claimed, expected) = (modes.modes.len(), judge.entries.len());
-        let message = format!("{claimed} modes instead of {expected}: {}", judge.listed());
-        outcome.violations.push((Wrong::Error, message));
+        outcome.wrong(Wrong::Error, format!("{claimed} modes instead of {expected}: {}", judge.listed()));
         return Some(());
     }
     outcome.zeros = modes.modes.iter().filter(|m| m.kind == Kind::Zero).count();
@@ -118,8 +117,7 @@ impl Judge<'_> {
         let secular = self.scaled.pencil.drifts_faster()
             || self.roots.iter().any(|root| root.is_imaginary() && !root.is_real() && few(root));
         if modes.secular.is_some_and(|claimed| claimed != secular) {
-            let message = format!("secular growth: {secular}");
-            outcome.violations.push((Wrong::Kind, message));
+            outcome.wrong(Wrong::Kind, format!("secular growth: {secular}"));
         }
         let truth = if unstable {
             Stability::Unstable
@@ -132,8 +130,7 @@ impl Judge<'_> {
             outcome.undecided += 1;
         } else if modes.stability != truth {
             let (claimed, truth) = (modes.stability.as_str(), truth.as_str());
-            let message = format!("{claimed} is wrong: {truth}");
-            outcome.violations.push((Wrong::Kind, message));
+            outcome.wrong(Wrong::Kind, format!("{claimed} is wrong: {truth}"));
         }
     }
 
@@ -168,7 +165,7 @@ impl Judge<'_> {
                     mode.omega,
                     self.listed()
                 );
-                outcome.violations.push((Wrong::Bound, message));
+                outcome.wrong(Wrong::Bound, message);
             }
         }
         if fits.iter().any(Vec::is_empty) {
@@ -179,8 +176,7 @@ impl Judge<'_> {
         for mode in 0..modes.len() {
             let mut seen = vec![false; self.entries.len()];
             if !placed(mode, &fits, &mut owner, &mut seen) {
-                let message = "modes and true exponents don't pair off".to_owned();
-                outcome.violations.push((Wrong::Zeros, message));
+                outcome.wrong(Wrong::Zeros, "modes and true exponents don't pair off".to_owned());
                 return None;
             }
         }
@@ -231,7 +227,7 @@ impl Judge<'_> {
                     printed.rounding,
                     digits(&real(&truth, self.bits))
                 );
-                outcome.violations.push((Wrong::Digit, message));
+                outcome.wrong(Wrong::Digit, message);
             }
         }
     }
@@ -265,7 +261,7 @@ impl Judge<'_> {
                     index + 1,
                     float(&rest)
                 );
-                outcome.violations.push((Wrong::Shape, message));
+                outcome.wrong(Wrong::Shape, message);
             }
         }
         for (index, root) in self.roots.iter().enumerate() {
@@ -302,7 +298,7 @@ impl Judge<'_> {
                     float(&root.value.im),
                     root.kernel.len()
                 );
-                outcome.violations.push((Wrong::Shape, message));
+                outcome.wrong(Wrong::Shape, message);
             }
         }
     }

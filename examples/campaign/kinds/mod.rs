@@ -37,8 +37,12 @@ pub(crate) trait Searched {
 }
 
 impl Model {
+    fn new(text: String, reference: Reference) -> Self {
+        Self { text, tables: Vec::new(), reference }
+    }
+
     fn exact(text: String, mass: Exact, stiffness: Exact) -> Self {
-        Self { text, tables: Vec::new(), reference: Reference::Exact { mass, stiffness } }
+        Self::new(text, Reference::Exact { mass, stiffness })
     }
 
     fn with_table(mut self, name: &str, text: String) -> Self {
@@ -63,7 +67,16 @@ pub(crate) const KINDS: [(&str, &[Drawing]); 11] = [
     ("dense", &[forms::dense, forms::dense, forms::squares]),
     ("singular", &[forms::light, forms::nearly_rigid]),
     ("searched", &[searched::wells, searched::hanging, searched::ions, searched::torsion, searched::sagging]),
-    ("ugly", &[ugly::repeated, ugly::gyroscopic, ugly::circulatory, ugly::low_rank, ugly::steady]),
+    (
+        "ugly",
+        &[
+            |draw| ugly::plain(ugly::repeated(draw)),
+            |draw| ugly::plain(ugly::gyroscopic(draw)),
+            |draw| ugly::plain(ugly::circulatory(draw)),
+            |draw| ugly::plain(ugly::low_rank(draw)),
+            ugly::steady,
+        ],
+    ),
     ("scaled", &[ugly::scaled]),
 ];
 

@@ -75,7 +75,7 @@ V = sum(i in 1..R, j in 1..C+1, 1/2*k*(norm(p[i,j] - p[i,j-1]) - (s[j] - tau[i]/
 }
 
 /// Adds the block of one spring between two points of the plane, or a point and the wall.
-fn add_block(a: &mut Square, block: &[[Real; 2]; 2], i: usize, j: Option<usize>) {
+pub(super) fn add_block(a: &mut Square, block: &[[Real; 2]; 2], i: usize, j: Option<usize>) {
     for p in 0..2 {
         for q in 0..2 {
             a[2 * i + p][2 * i + q] += &block[p][q];
@@ -143,7 +143,7 @@ equilibrium r[i in 1..n] = [p*X[i], q*X[i]]
         }
         Matrices { mass: to_reals(&each_twice(&m), bits), stiffness }
     };
-    Model { text, tables: Vec::new(), reference: Reference::Real(Box::new(matrices)) }
+    Model::new(text, Reference::Real(Box::new(matrices)))
 }
 
 /// Beads on stiff springs under each other: the upper ones carry the lower ones.
@@ -223,7 +223,7 @@ equilibrium r[i in 1..N] = [R*cos(2*pi*i/N), R*sin(2*pi*i/N)]
         }
         Matrices { mass, stiffness }
     };
-    Model { text, tables: Vec::new(), reference: Reference::Real(Box::new(matrices)) }
+    Model::new(text, Reference::Real(Box::new(matrices)))
 }
 
 /// A chain of links by its angles, some of them standing on end.

@@ -1,13 +1,14 @@
 //! Models whose equilibrium is irrational and has to be searched for. The reference takes over which
 //! one was found and pins it down by itself.
 
+use super::plane::add_block;
 use super::{Model, Reference, Searched};
 use crate::draw::*;
 use crate::real::*;
 use crate::reference::{Square, to_reals};
 
 fn searched(text: String, problem: impl Searched + 'static) -> Model {
-    Model { text, tables: Vec::new(), reference: Reference::Searched(Box::new(problem)) }
+    Model::new(text, Reference::Searched(Box::new(problem)))
 }
 
 /// Adds the spring force k d + β d³ and its derivative, d = x_i - x_j - rest; no j: the ground.
@@ -26,14 +27,19 @@ impl Spring<'_> {
             force += cubic * &square * &d;
             slope += cubic * &square + cubic * &square + cubic * &square;
         }
-        gradient[i] += &force;
-        hessian[i][i] += &slope;
-        if let Some(j) = j {
-            gradient[j] -= &force;
-            hessian[j][j] += &slope;
-            hessian[i][j] -= &slope;
-            hessian[j][i] -= &slope;
-        }
+        add((gradient, hessian), &force, &slope, (i, j));
+    }
+}
+
+/// Adds a force between two coordinates, or of the ground on one, and its derivative.
+fn add((gradient, hessian): (&mut [Real], &mut Square), force: &Real, slope: &Real, (i, j): (usize, Option<usize>)) {
+    gradient[i] += force;
+    hessian[i][i] += slope;
+    if let Some(j) = j {
+        gradient[j] -= force;
+        hessian[j][j] += slope;
+        hessian[i][j] -= slope;
+        hessian[j][i] -= slope;
     }
 }
 
@@ -188,12 +194,7 @@ impl Searched for Ions {
                 let d = &x[j] - &x[i];
                 let force = charges / (&d * &d);
                 let slope = integer(2, bits) * &force / &d;
-                gradient[i] += &force;
-                gradient[j] -= &force;
-                hessian[i][i] += &slope;
-                hessian[j][j] += &slope;
-                hessian[i][j] -= &slope;
-                hessian[j][i] -= &slope;
+                add((&mut gradient, &mut hessian), &force, &slope, (i, Some(j)));
             }
         }
         (gradient, hessian)
@@ -335,23 +336,12 @@ impl Searched for Sagging {
                 if let Some(from) = from {
                     gradient[2 * from + p] -= &force;
                 }
-                for q in 0..2 {
-                    let mut slope = &rest * &d[p] * &d[q];
-                    if p == q {
-                        slope += &pull;
-                    }
-                    if i < points {
-                        hessian[2 * i + p][2 * i + q] += &slope;
-                    }
-                    if let Some(from) = from {
-                        hessian[2 * from + p][2 * from + q] += &slope;
-                        if i < points {
-                            hessian[2 * i + p][2 * from + q] -= &slope;
-                            hessian[2 * from + p][2 * i + q] -= &slope;
-                        }
-                    }
-                }
             }
+            let mut slopes = [0, 1].map(|p| [0, 1].map(|q| &rest * &d[p] * &d[q]));
+            slopes[0][0] += &pull;
+            slopes[1][1] += &pull;
+            let (own, other) = if i < points { (i, from) } else { (i - 1, None) };
+            add_block(&mut hessian, &slopes, own, other);
         }
         (gradient, hessian)
     }

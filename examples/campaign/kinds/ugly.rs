@@ -64,12 +64,7 @@ fn mixed(draw: &mut Draw, mut pencil: Pencil) -> Pencil {
 }
 
 /// Oscillators of a few sorts, critical ones among them, perhaps with forces of one on the next.
-pub(super) fn repeated(draw: &mut Draw) -> Model {
-    let pencil = repeated_pencil(draw);
-    plain(pencil)
-}
-
-fn repeated_pencil(draw: &mut Draw) -> Pencil {
+pub(super) fn repeated(draw: &mut Draw) -> Pencil {
     let n = draw.size(1, 6);
     // q̈ + c q̇ + k q with roots -1, -1; -1, -2; 0, 0; 0, -1; ±i; ±1; complex; -2, -2; far apart.
     let sorts = [(2, 1), (3, 2), (0, 0), (1, 0), (0, 1), (0, -1), (1, 1), (4, 4), (1_000_000, 1)];
@@ -91,12 +86,7 @@ fn repeated_pencil(draw: &mut Draw) -> Pencil {
 }
 
 /// No friction; rotation about what is bound, free and inverted.
-pub(super) fn gyroscopic(draw: &mut Draw) -> Model {
-    let pencil = gyroscopic_pencil(draw);
-    plain(pencil)
-}
-
-fn gyroscopic_pencil(draw: &mut Draw) -> Pencil {
+pub(super) fn gyroscopic(draw: &mut Draw) -> Pencil {
     let n = draw.size(2, 6);
     let stiffness: Vec<Number> = (0..n).map(|_| Number::integer(draw.pick(&[-1, 0, 0, 1, 1, 4]))).collect();
     let mut pencil = Pencil { mass: unit(n), velocity: skew(draw, n), position: diagonal(&stiffness) };
@@ -107,23 +97,13 @@ fn gyroscopic_pencil(draw: &mut Draw) -> Pencil {
 }
 
 /// Neither friction nor rotation; forces of each on the others that go round, repeated exponents and four together.
-pub(super) fn circulatory(draw: &mut Draw) -> Model {
-    let pencil = circulatory_pencil(draw);
-    plain(pencil)
-}
-
-fn circulatory_pencil(draw: &mut Draw) -> Pencil {
-    let drawn = gyroscopic_pencil(draw);
+pub(super) fn circulatory(draw: &mut Draw) -> Pencil {
+    let drawn = gyroscopic(draw);
     Pencil { position: sum(&drawn.position, &drawn.velocity), velocity: zeros(drawn.mass.len()), mass: drawn.mass }
 }
 
 /// Friction and springs on fewer directions than there are.
-pub(super) fn low_rank(draw: &mut Draw) -> Model {
-    let pencil = low_rank_pencil(draw);
-    plain(pencil)
-}
-
-fn low_rank_pencil(draw: &mut Draw) -> Pencil {
+pub(super) fn low_rank(draw: &mut Draw) -> Pencil {
     let n = draw.size(2, 7);
     let ranks = [(); 3].map(|()| draw.size(0, n));
     let mut pencil = Pencil {
@@ -169,16 +149,12 @@ equilibrium phi' = {w}
     pencil.velocity[2][0] = whole(2) * m * r * w;
     pencil.position[0][0] = &square * whole(power - 2);
     pencil.position[1][1] = &square * r * r;
-    Model {
-        text,
-        tables: Vec::new(),
-        reference: Reference::Exponents(Box::new(Scaled { pencil, lengths: vec![0; 3], rate: 0 })),
-    }
+    Model::new(text, Reference::Exponents(Box::new(Scaled { pencil, lengths: vec![0; 3], rate: 0 })))
 }
 
 /// Any of them with an energy, a time and each coordinate in units that are far apart.
 pub(super) fn scaled(draw: &mut Draw) -> Model {
-    let drawings = [repeated_pencil, gyroscopic_pencil, circulatory_pencil, low_rank_pencil];
+    let drawings = [repeated, gyroscopic, circulatory, low_rank];
     let pencil = draw.pick(&drawings)(draw);
     let reach = draw.pick(&[3, 30, 60, 280, 280]);
     let mut length = || draw.int(-reach / 4, reach / 4);
@@ -188,7 +164,7 @@ pub(super) fn scaled(draw: &mut Draw) -> Model {
     written(pencil, lengths, rate, energy)
 }
 
-fn plain(pencil: Pencil) -> Model {
+pub(super) fn plain(pencil: Pencil) -> Model {
     let lengths = vec![0; pencil.mass.len()];
     written(pencil, lengths, 0, 0)
 }
@@ -227,9 +203,6 @@ fn written(pencil: Pencil, lengths: Vec<i64>, rate: i64, energy: i64) -> Model {
     } else {
         format!("lagrangian = 0{kinetic}{rotation} - (0{potential})\n")
     };
-    Model {
-        text: format!("coord x[1..{n}]\n{energies}{friction}"),
-        tables: Vec::new(),
-        reference: Reference::Exponents(Box::new(Scaled { pencil, lengths, rate })),
-    }
+    let text = format!("coord x[1..{n}]\n{energies}{friction}");
+    Model::new(text, Reference::Exponents(Box::new(Scaled { pencil, lengths, rate })))
 }
