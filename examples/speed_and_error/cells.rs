@@ -1,5 +1,6 @@
 //! Cells and tables of the document.
 
+use super::judge::Judged;
 use super::run::{Measured, PATHS, PathInfo, Report, Verdict};
 
 /// A number with one digit, as errors are told.
@@ -32,9 +33,13 @@ pub(crate) fn table(out: &mut String, header: &[String], rows: &[Vec<String>]) {
     }
 }
 
+/// A row of a table.
+pub(crate) fn cells(first: Vec<String>, rest: impl Iterator<Item = String>) -> Vec<String> {
+    first.into_iter().chain(rest).collect()
+}
+
 pub(crate) fn header(first: &[&str], rest: &[&PathInfo]) -> Vec<String> {
-    let first = first.iter().map(|x| (*x).to_owned());
-    first.chain(rest.iter().map(|path| path.label.to_owned())).collect()
+    first.iter().copied().chain(rest.iter().map(|path| path.label)).map(str::to_owned).collect()
 }
 
 /// The paths that gave anything on some of the problems.
@@ -54,23 +59,25 @@ pub(crate) fn verdict<'a>(measured: &'a Measured, path: &PathInfo) -> &'a Verdic
 }
 
 pub(crate) fn error_cell(measured: &Measured, path: &PathInfo) -> String {
-    match verdict(measured, path) {
-        Verdict::Done(outcome) if outcome.judged.wrong_signs > 0 => {
-            format!("**{}** (±{})", error(outcome.judged.error), outcome.judged.wrong_signs)
-        }
-        Verdict::Done(outcome) if outcome.judged.error > 1e-9 => {
-            format!("**{}**", error(outcome.judged.error))
-        }
-        Verdict::Done(outcome) => error(outcome.judged.error),
-        Verdict::Failed(_) => "gives up".to_owned(),
-        Verdict::Absent => String::new(),
-        Verdict::TooLong => "too long".to_owned(),
-    }
+    cell(measured, path, |judged| match error(judged.error) {
+        text if judged.wrong_signs > 0 => format!("**{text}** (±{})", judged.wrong_signs),
+        text if judged.error > 1e-9 => format!("**{text}**"),
+        text => text,
+    })
 }
 
 pub(crate) fn time_cell(report: &Report, measured: &Measured, path: &PathInfo) -> String {
+    cell(measured, path, |_| report.ratio(measured, path.label).map_or("?".to_owned(), ratio))
+}
+
+pub(crate) fn time_and_error_cell(report: &Report, measured: &Measured, path: &PathInfo) -> String {
+    cell(measured, path, |_| format!("{} × ({})", time_cell(report, measured, path), error_cell(measured, path)))
+}
+
+/// What a path gave, or why it gave nothing.
+fn cell(measured: &Measured, path: &PathInfo, done: impl Fn(&Judged) -> String) -> String {
     match verdict(measured, path) {
-        Verdict::Done(_) => report.ratio(measured, path.label).map_or("?".to_owned(), ratio),
+        Verdict::Done(outcome) => done(&outcome.judged),
         Verdict::Failed(_) => "gives up".to_owned(),
         Verdict::Absent => String::new(),
         Verdict::TooLong => "too long".to_owned(),

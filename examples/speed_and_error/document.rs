@@ -7,7 +7,7 @@ use std::path::Path;
 use librate::modes::PrecisionLevel;
 
 use super::case::{FAMILIES, MANY_DIGITS};
-use super::cells::{error, error_cell, header, present, ratio, table, time_cell, verdict};
+use super::cells::{cells, error, error_cell, header, present, ratio, table, time_and_error_cell, time_cell, verdict};
 use super::clock::median;
 use super::growth;
 use super::large::LargeReport;
@@ -200,28 +200,29 @@ fn choice(report: &Report) -> String {
         all.filter(|certified| certified.level == level).count().to_string()
     };
     let row = |level: PrecisionLevel| {
-        let mut cells = vec![level.as_str().to_owned()];
-        cells.extend(librate_paths().map(|(label, _)| answered(label, level)));
-        cells
+        cells(vec![level.as_str().to_owned()], librate_paths().map(|(label, _)| answered(label, level)))
     };
-    let mut titles = vec!["precision level".to_owned()];
-    titles.extend(librate_paths().map(|(_, digits)| format!("{digits} digits")));
+    let mut titles =
+        cells(vec!["precision level".to_owned()], librate_paths().map(|(_, digits)| format!("{digits} digits")));
     table(&mut out, &titles, &levels.map(row));
     out.push_str("\nAnd on each of them:\n\n");
     titles[0] = "problem".to_owned();
     let row = |measured: &Measured| {
-        let mut cells = vec![measured.name.replace('_', " ")];
-        cells.extend(librate_paths().map(|(label, _)| {
+        let levels = librate_paths().map(|(label, _)| {
             let certified = measured.of(label).and_then(|o| o.certified.as_ref());
             certified.map_or(String::new(), |certified| certified.level.as_str().to_owned())
-        }));
-        cells
+        });
+        cells(vec![measured.name.replace('_', " ")], levels)
     };
     table(&mut out, &titles, &report.measured.iter().map(row).collect::<Vec<_>>());
     out.push_str(
         "\nAn empty cell: the true values are not known to so many digits, or it would have taken too long.\n",
     );
     out
+}
+
+fn name_and_size(measured: &Measured) -> Vec<String> {
+    vec![measured.name.replace('_', " "), measured.n.to_string()]
 }
 
 /// Errors and times on each hard problem.
@@ -237,14 +238,8 @@ fn hard(report: &Report) -> String {
         Group::Librate(digits) => digits <= 25,
         Group::Mpmath(_) | Group::Flint(_) => false,
     });
-    let name = |m: &Measured| vec![m.name.replace('_', " "), m.n.to_string()];
     let rows = |cell: &dyn Fn(&Measured, &PathInfo) -> String| -> Vec<Vec<String>> {
-        let row = |m: &Measured| {
-            let mut cells = name(m);
-            cells.extend(paths.iter().map(|path| cell(m, path)));
-            cells
-        };
-        report.hard().map(row).collect()
+        report.hard().map(|m| cells(name_and_size(m), paths.iter().map(|path| cell(m, path)))).collect()
     };
     table(&mut out, &header(&["error", "n"], &paths), &rows(&error_cell));
     let _ = writeln!(
@@ -286,17 +281,15 @@ fn zeros(report: &Report) -> String {
     );
     let singular = || report.measured.iter().filter(|m| m.zeros > 0);
     let paths = present(singular(), |path| !matches!(path.group, Group::Librate(15..)));
-    let mut rows = Vec::new();
-    for measured in singular() {
-        let mut cells = vec![measured.name.replace('_', " "), measured.zeros.to_string()];
-        cells.extend(paths.iter().map(|path| match verdict(measured, path) {
+    let row = |measured: &Measured| {
+        let zeros = paths.iter().map(|path| match verdict(measured, path) {
             Verdict::Done(outcome) => outcome.judged.zero.map_or(String::new(), error),
             Verdict::Failed(_) => "gives up".to_owned(),
             Verdict::Absent | Verdict::TooLong => String::new(),
-        }));
-        rows.push(cells);
-    }
-    table(&mut out, &header(&["problem", "zeros"], &paths), &rows);
+        });
+        cells(vec![measured.name.replace('_', " "), measured.zeros.to_string()], zeros)
+    };
+    table(&mut out, &header(&["problem", "zeros"], &paths), &singular().map(row).collect::<Vec<_>>());
     out
 }
 
@@ -324,15 +317,9 @@ fn sizes(report: &Report) -> String {
 /// Time and error of all paths on a family, one column a size.
 pub(crate) fn against_n(out: &mut String, report: &Report, slug: &str, title: &str) {
     let paths = present(report.family(slug), |_| true);
-    let mut titles = vec![title.to_owned()];
-    titles.extend(report.family(slug).map(|m| format!("n = {}", m.n)));
+    let titles = cells(vec![title.to_owned()], report.family(slug).map(|m| format!("n = {}", m.n)));
     let row = |path: &&PathInfo| {
-        let mut cells = vec![path.label.to_owned()];
-        cells.extend(report.family(slug).map(|m| {
-            let (time, error) = (time_cell(report, m, path), error_cell(m, path));
-            if matches!(verdict(m, path), Verdict::Done(_)) { format!("{time} × ({error})") } else { time }
-        }));
-        cells
+        cells(vec![path.label.to_owned()], report.family(slug).map(|m| time_and_error_cell(report, m, path)))
     };
     table(out, &titles, &paths.iter().map(row).collect::<Vec<_>>());
     out.push('\n');
@@ -352,16 +339,7 @@ fn many_digits(report: &Report) -> String {
     };
     let some = || report.measured.iter().filter(|m| m.n <= MANY_DIGITS && m.n > 2);
     let paths = present(some(), many);
-    let row = |m: &Measured| {
-        let mut cells = vec![m.name.replace('_', " "), m.n.to_string()];
-        cells.extend(paths.iter().map(|path| match verdict(m, path) {
-            Verdict::Done(_) => {
-                format!("{} × ({})", time_cell(report, m, path), error_cell(m, path))
-            }
-            _ => time_cell(report, m, path),
-        }));
-        cells
-    };
+    let row = |m: &Measured| cells(name_and_size(m), paths.iter().map(|path| time_and_error_cell(report, m, path)));
     table(&mut out, &header(&["problem", "n"], &paths), &some().map(row).collect::<Vec<_>>());
     out
 }
