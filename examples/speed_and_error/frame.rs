@@ -6,6 +6,7 @@ use std::error::Error;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn Error>>;
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -118,6 +119,19 @@ pub(crate) fn svg(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<()>) 
         area.present()?;
     }
     Ok(text)
+}
+
+/// Dots with names from the top, and where to go on below them.
+pub(crate) fn legend<'a>(area: &Area<'_>, entries: impl Iterator<Item = (RGBColor, &'a str)>) -> Result<i32> {
+    let mut y = 60;
+    for (color, name) in entries {
+        area.draw(&Circle::new((14, y), 5, color.filled()))?;
+        let style = (FONT, 13).into_font().color(&INK);
+        let style = style.pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw(&Text::new(name, (25, y), style))?;
+        y += 19;
+    }
+    Ok(y + 14)
 }
 
 pub(crate) fn note(area: &Area<'_>, at: (i32, i32), lines: &[&str]) -> Result<()> {

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::clock::median;
-use super::frame::{Area, FONT, Frame, INK, Result, note, power, svg};
+use super::frame::{FONT, Frame, INK, Result, legend, note, power, svg};
 use super::run::{CHOLMOD, Group, PATHS, PathInfo, Report};
 
 fn color(path: &PathInfo) -> RGBColor {
@@ -51,15 +51,8 @@ fn whole(value: f64) -> String {
     format!("{:.0}", 10f64.powf(value))
 }
 
-fn legend(area: &Area<'_>, at: (i32, i32), paths: &[&PathInfo]) -> Result<()> {
-    for (row, path) in paths.iter().enumerate() {
-        let y = at.1 + 19 * row as i32;
-        area.draw(&Circle::new((at.0, y), 5, color(path).filled()))?;
-        let style = (FONT, 13).into_font().color(&INK);
-        let style = style.pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw(&Text::new(path.label, (at.0 + 11, y), style))?;
-    }
-    Ok(())
+fn entry(path: &&PathInfo) -> (RGBColor, &'static str) {
+    (color(path), path.label)
 }
 
 /// The lowest error that is drawn; what is below stands at the edge.
@@ -125,10 +118,10 @@ pub(crate) fn hard(report: &Report) -> Result<String> {
                 chart.draw_series([Text::new(digits.to_string(), at, style)])?;
             }
         }
-        legend(&right, (14, 60), &shown)?;
+        let below = legend(&right, shown.iter().map(entry))?;
         note(
             &right,
-            (8, 60 + 19 * shown.len() as i32 + 14),
+            (8, below),
             &[
                 "small: one problem",
                 "large: the median",
@@ -208,6 +201,6 @@ pub(crate) fn sizes(report: &Report, families: &[(&str, &str)]) -> Result<String
                 }
             }
         }
-        legend(&right, (14, 60), &shown)
+        legend(&right, shown.iter().map(entry)).map(drop)
     })
 }

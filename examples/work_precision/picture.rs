@@ -1,9 +1,8 @@
 //! CPU time against error, as SVG.
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::frame::{FONT, Frame, INK, Result, note, power, svg};
+use super::frame::{Frame, Result, legend, note, power, svg};
 use super::run::{FULL, QUICK, Report};
 
 fn color(name: &str) -> RGBColor {
@@ -64,14 +63,7 @@ pub(crate) fn picture(report: &Report) -> Result<String> {
             let style = color(line.name).filled();
             chart.draw_series(points.iter().map(|&at| Circle::new(at, radius, style)))?;
         }
-        for (row, line) in shown.iter().enumerate() {
-            let y = 60 + 19 * row as i32;
-            right.draw(&Circle::new((14, y), 5, color(line.name).filled()))?;
-            let style = (FONT, 13).into_font().color(&INK);
-            let style = style.pos(Pos::new(HPos::Left, VPos::Center));
-            right.draw(&Text::new(line.name, (25, y), style))?;
-        }
-        let below = 60 + 19 * shown.len() as i32 + 14;
+        let below = legend(&right, shown.iter().map(|line| (color(line.name), line.name)))?;
         note(&right, (8, below), &["A dot for each power of ten", "that was the tolerance."])
     })
 }
