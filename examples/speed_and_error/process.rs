@@ -54,12 +54,16 @@ impl Peers {
     /// The next answer.
     ///
     /// # Errors
-    /// Where the process has ended.
+    /// What the peer says where it gives up, or that the process has ended.
     pub(crate) fn answer(&mut self) -> Result<Value, String> {
         let mut line = String::new();
         let read = self.answers.read_line(&mut line);
         read.map_err(|error| format!("the peers are gone: {error}"))?;
-        serde_json::from_str(&line).map_err(|_| "the peers are gone".to_owned())
+        let answer: Value = serde_json::from_str(&line).map_err(|_| "the peers are gone")?;
+        match answer["error"].as_str() {
+            Some(error) => Err(error.to_owned()),
+            None => Ok(answer),
+        }
     }
 
     /// Whether a peer has what it needs.
