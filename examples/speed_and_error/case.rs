@@ -9,6 +9,7 @@ use librate::model::{Settings, TableTexts, elaborate};
 use librate::precision::{Ball, Big};
 use librate::syntax::{StatementKind, parse};
 use librate_core::modes::{PreciseProblem, Problem, Source};
+use librate_core::number::gcd64;
 use librate_core::precision::Factors;
 use serde_json::Value;
 
@@ -343,13 +344,7 @@ fn network(n: usize) -> Option<Case> {
 /// A chain between walls whose M is Hilbert's matrix 1/(i + j - 1) times the least common multiple of the
 /// denominators: up to n = 20 whole numbers below 2^53.
 fn hilbert(n: usize) -> Option<Case> {
-    let gcd = |mut a: u64, mut b: u64| {
-        while b > 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
-    let multiple = (1..2 * n as u64).fold(1, |all, k| all / gcd(all, k) * k);
+    let multiple = (1..2 * n as u64).fold(1, |all, k| all / gcd64(all, k) * k);
     if multiple >= 1 << 53 {
         return None;
     }

@@ -85,10 +85,7 @@ fn levels(report: &Report) -> String {
     let compare = |name: &str| {
         let (own, other) = (report.line(QUICK)?, report.line(name)?);
         let ratios = LEVELS.iter().filter_map(|level| Some(other.time_at(*level)? / own.time_at(*level)?));
-        let all: Vec<f64> = ratios.collect();
-        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = all.iter().copied().fold(0.0, f64::max);
-        (most > 0.0).then_some((least, most))
+        Some(extremes(ratios)).filter(|(_, most)| *most > 0.0)
     };
     if let Some((least, most)) = compare(DOP853) {
         let _ = writeln!(
@@ -123,6 +120,11 @@ fn levels(report: &Report) -> String {
     out
 }
 
+/// The least and the largest of positive numbers.
+fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, 0.0), |(least, most), value| (least.min(value), f64::max(most, value)))
+}
+
 fn best(report: &Report) -> String {
     let others = report.lines.iter().filter(|line| !line.trips.is_empty());
     let others = others.filter(|line| line.name != FULL);
@@ -142,11 +144,8 @@ fn ratio(value: f64) -> String {
 fn preparation(report: &Report) -> String {
     let mut out = String::from("## Before the first step\n\n");
     let spent = |name: &str| {
-        let trips = report.line(name)?.trips.iter().map(|trip| trip.prepared);
-        let all: Vec<f64> = trips.collect();
-        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = all.iter().copied().fold(0.0, f64::max);
-        Some((least, most))
+        let trips = report.line(name)?.trips.iter();
+        Some(extremes(trips.map(|trip| trip.prepared)))
     };
     if let Some((own, _)) = spent(QUICK) {
         let _ = writeln!(out, "librate derives the equations of motion from T and V in {}.", time(own));
