@@ -3,11 +3,16 @@
 //!
 //! `cargo bench --bench batch --no-default-features --features engine`
 
+#[allow(dead_code, reason = "examples use more of it")]
+#[path = "../examples/speed_and_error/problems.rs"]
+mod problems;
+
 use divan::Bencher;
 use librate::batch::{Options, Solutions, Study};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
 use librate_studies::batch::Bounds;
+use problems::LINKS;
 
 fn main() {
     divan::main();
@@ -20,19 +25,6 @@ const CHAIN: &str = "
     coord x[1..N]
     T = sum(i in 1..N, 1/2*m*x[i]'^2)
     V = sum(i in 1..N-1, 1/2*k*(x[i+1] - x[i])^2) + 1/2*w*x[1]^2 + 1/2*k*x[N]^2
-";
-
-const LINKS: &str = "
-    param g = 9.81
-    param l[1..N] = 1
-    param m[1..N] = 1
-    coord theta[1..N]
-    let x[0] = 0
-    let y[0] = 0
-    let x[k in 1..N] = x[k-1] + l[k]*sin(theta[k])
-    let y[k in 1..N] = y[k-1] - l[k]*cos(theta[k])
-    T = sum(k in 1..N, 1/2*m[k]*(x[k]'^2 + y[k]'^2))
-    V = sum(k in 1..N, m[k]*g*y[k])
 ";
 
 /// Equal charges in a trap: the equilibrium has to be searched for.

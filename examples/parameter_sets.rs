@@ -21,31 +21,14 @@ use std::time::Instant;
 #[path = "speed_and_error/clock.rs"]
 #[allow(dead_code, reason = "other examples use more of it")]
 mod clock;
+#[path = "speed_and_error/problems.rs"]
+mod problems;
 
 use clock::repeat;
 use librate::batch::{Options, Solutions, Study};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
-
-const PENDULUMS: &str = "
-param m = 1  param l = 1  param g = 9.81  param L = 0.5  param k12 = 2  param k23 = 3
-coord phi[1..3]
-T = sum(i in 1..3, 1/2*m*l^2*phi[i]'^2)
-V = sum(i in 1..3, m*g*l*(1 - cos(phi[i]))) + L^2/2*(k12*(phi[2] - phi[1])^2 + k23*(phi[3] - phi[2])^2)
-";
-
-const LINKS: &str = "
-param g = 9.81
-param l[1..N] = 1
-param m[1..N] = 1
-coord theta[1..N]
-let x[0] = 0
-let y[0] = 0
-let x[k in 1..N] = x[k-1] + l[k]*sin(theta[k])
-let y[k in 1..N] = y[k-1] - l[k]*cos(theta[k])
-T = sum(k in 1..N, 1/2*m[k]*(x[k]'^2 + y[k]'^2))
-V = sum(k in 1..N, m[k]*g*y[k])
-";
+use problems::{LINKS, PENDULUMS};
 
 /// Reads the sets as doubles; prints CPU seconds, then all ω².
 const NUMPY: &str = r#"

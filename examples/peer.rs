@@ -28,6 +28,8 @@ mod clock;
 #[path = "points.rs"]
 #[allow(dead_code, reason = "an example of its own")]
 mod points;
+#[path = "speed_and_error/problems.rs"]
+mod problems;
 
 use clock::{Clock, repeat};
 use librate::linearize::{Linearized, linearize};
@@ -36,32 +38,13 @@ use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::decimal;
 use librate::syntax::parse;
+use problems::{LINKS, PENDULUMS};
 
 /// Digits of the printed frequencies; fewer where the bound decides fewer.
 const DIGITS: usize = 25;
 
 /// Matrices of more coordinates are sparse.
 const MOST_DENSE: usize = 300;
-
-const PENDULUMS: &str = "model three_pendulums
-param m = 1  param l = 1  param g = 9.81  param L = 0.5  param k12 = 2  param k23 = 3
-coord phi[1..3]
-T = sum(i in 1..3, 1/2*m*l^2*phi[i]'^2)
-V = sum(i in 1..3, m*g*l*(1 - cos(phi[i]))) + L^2/2*(k12*(phi[2] - phi[1])^2 + k23*(phi[3] - phi[2])^2)
-";
-
-const LINKS: &str = "
-param g = 9.81
-param l[1..N] = 1
-param m[1..N] = 1
-coord theta[1..N]
-let x[0] = 0
-let y[0] = 0
-let x[k in 1..N] = x[k-1] + l[k]*sin(theta[k])
-let y[k in 1..N] = y[k-1] - l[k]*cos(theta[k])
-T = sum(k in 1..N, 1/2*m[k]*(x[k]'^2 + y[k]'^2))
-V = sum(k in 1..N, m[k]*g*y[k])
-";
 
 const CHAIN: &str = "
 param m = 1
@@ -138,8 +121,11 @@ fn problem(model: &str, n: usize) -> Result<(String, Option<usize>), Box<dyn Err
         "E" => (POINTS, (n > 100).then_some(20)),
         _ => return Err(format!("there is no problem {model}").into()),
     };
-    let sized = matches!(model, "B" | "C" | "D");
-    let head = if sized { format!("param N = {n}") } else { String::new() };
+    let head = match model {
+        "A" => "model three_pendulums".to_owned(),
+        "E" => String::new(),
+        _ => format!("param N = {n}"),
+    };
     Ok((head + text, lowest))
 }
 
