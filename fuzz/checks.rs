@@ -9,7 +9,7 @@ use librate::span::Span;
 use librate::syntax::{self, File};
 use syntax_common::strip_spans;
 #[cfg(feature = "engine")]
-pub(crate) use trip::trip;
+pub(crate) use trip::{tables, trip};
 
 /// Parsing answers with a tree that prints to itself, or with mistakes that have a place.
 pub(crate) fn parse(text: &str) {
@@ -22,12 +22,7 @@ pub(crate) fn parse(text: &str) {
                 Err(errors) => panic!("{printed}\n{errors:#?}"),
             }
         }
-        Err(errors) => {
-            assert!(!errors.is_empty());
-            for error in &errors {
-                answered(text, &Diagnostic::from(error));
-            }
-        }
+        Err(errors) => answered(text, &errors.iter().map(Diagnostic::from).collect::<Vec<_>>()),
     }
 }
 
@@ -67,10 +62,14 @@ fn places(text: &str, file: &File) {
     }
 }
 
-fn answered(text: &str, diagnostic: &Diagnostic) {
-    assert!(!diagnostic.message.is_empty(), "{diagnostic:?}");
-    for label in diagnostic.primary.iter().chain(&diagnostic.secondary) {
-        assert!(within(text, label.span), "{diagnostic:?}");
+/// Mistakes have messages, and places in the text.
+pub(crate) fn answered(text: &str, diagnostics: &[Diagnostic]) {
+    assert!(!diagnostics.is_empty(), "a mistake without a message");
+    for diagnostic in diagnostics {
+        assert!(!diagnostic.message.is_empty(), "{diagnostic:?}");
+        for label in diagnostic.primary.iter().chain(&diagnostic.secondary) {
+            assert!(within(text, label.span), "{diagnostic:?}");
+        }
     }
 }
 
@@ -97,21 +96,20 @@ mod trip {
             return;
         }
         if let Err(error) = modes(text) {
-            let diagnostics = error.diagnostics();
-            assert!(!diagnostics.is_empty(), "{error:?}");
-            for diagnostic in &diagnostics {
-                answered(text, diagnostic);
-            }
+            answered(text, &error.diagnostics());
         }
+    }
+
+    /// What models that are fuzzed may read.
+    pub(crate) fn tables() -> TableTexts {
+        let text = "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n";
+        let names = ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"];
+        names.into_iter().fold(TableTexts::new(), |tables, name| tables.with(name, text))
     }
 
     fn modes(text: &str) -> Result<(), Error> {
         let file = syntax::parse(text)?;
-        let mut tables = TableTexts::new();
-        for name in ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"] {
-            tables = tables.with(name, "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n");
-        }
-        let model = model::elaborate(&file, &tables, &Settings::new())?;
+        let model = model::elaborate(&file, &tables(), &Settings::new())?;
         if model.coordinates.len() > MOST_COORDINATES {
             return Ok(());
         }

@@ -4,6 +4,9 @@
 //! the command line promises for a small model. Builds for fuzzing are some ten times slower than released ones, so the budget
 //! has a fifth of that time here; what asks it ends then, and what asks nobody has to be through before the other four are.
 
+#[path = "checks.rs"]
+mod checks;
+
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,7 +15,7 @@ use librate::Source;
 use librate::budget::{Budget, Limit};
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::{self, Constant, Model, Range, Settings, TableTexts};
+use librate::model::{self, Constant, Model, Range, Settings};
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::period::{self, Oscillator, Request};
 use librate::report::{self, Style, SweepColumns, SweepRow};
@@ -94,16 +97,7 @@ pub(crate) fn check(text: &str) {
     watch(None);
     match answer {
         Ok(text) => assert!(budget.check().is_err() || !text.is_empty()),
-        Err(error) => {
-            let diagnostics = error.diagnostics();
-            assert!(!diagnostics.is_empty(), "{error:?}");
-            for own in &diagnostics {
-                assert!(!own.message.is_empty(), "{own:?}");
-                for label in own.primary.iter().chain(&own.secondary) {
-                    assert!(text.get(label.span.range()).is_some(), "{own:?}");
-                }
-            }
-        }
+        Err(error) => checks::answered(text, &error.diagnostics()),
     }
 }
 
@@ -114,10 +108,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
         return Ok(syntax::format(text)? + "\n");
     }
     let file = syntax::parse(text)?;
-    let mut tables = TableTexts::new();
-    for name in ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"] {
-        tables = tables.with(name, "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n");
-    }
+    let tables = checks::tables();
     let settings = Settings::new().within(budget.clone());
     if number == 1 {
         let model = model::elaborate(&file, &tables, &settings.only_tensors())?;
