@@ -55,13 +55,7 @@ pub(super) fn modes_with(
     object.field("equilibrium_error_bound", array(bounds));
     object.field("stability", string(modes.stability.as_str()));
     object.field("secular", modes.secular.map_or_else(null, |secular| secular.to_string()));
-    let out = object.begin("modes");
-    out.push('[');
-    for (at, mode) in modes.modes.iter().enumerate() {
-        out.push_str(if at == 0 { "\n  " } else { ",\n  " });
-        out.push_str(&mode_object(mode, options, &more(at)));
-    }
-    out.push(']');
+    object.lines("modes", modes.modes.iter().enumerate().map(|(at, mode)| mode_object(mode, options, &more(at))));
     let rates = || array(linearized.rates().into_iter().map(|rate| number(rate.mid_f64())));
     object.optional("rates", model.rates.any().then(rates));
     object.optional("normalization", (modes.normalization == Normalization::Largest).then_some("\"max\""));
@@ -418,7 +412,7 @@ fn expressions(derivation: &Derivation, all: &[ExprId]) -> String {
 
 /// An object on its way, with some text between its fields.
 pub(super) struct Object {
-    pub(super) out: String,
+    out: String,
     between: &'static str,
 }
 
@@ -436,7 +430,7 @@ impl Object {
     }
 
     /// The text behind the name of a field, to which its value is to be added.
-    pub(super) fn begin(&mut self, name: &str) -> &mut String {
+    fn begin(&mut self, name: &str) -> &mut String {
         if self.out.len() > 1 {
             self.out.push_str(self.between);
         }
@@ -453,6 +447,17 @@ impl Object {
         if let Some(value) = value {
             self.field(name, value);
         }
+    }
+
+    /// An array, one item a line, each written before the next is made.
+    pub(super) fn lines(&mut self, name: &str, items: impl Iterator<Item = String>) {
+        let out = self.begin(name);
+        out.push('[');
+        for (at, item) in items.enumerate() {
+            out.push_str(if at == 0 { "\n  " } else { ",\n  " });
+            out.push_str(&item);
+        }
+        out.push(']');
     }
 
     pub(super) fn end(self) -> String {

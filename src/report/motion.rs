@@ -102,9 +102,7 @@ pub fn motion_json(model: &Model, trajectory: &Trajectory, digits: usize) -> Str
     object.field("constraint_drift", trajectory.constraint_drift.map_or_else(null, number));
     object.field("times", array(trajectory.times.iter().map(|time| number(time.mid_f64()))));
     let rests: Vec<f64> = trajectory.rows.iter().map(|row| rest(row)).collect();
-    let out = object.begin("columns");
-    out.push('[');
-    for (at, name) in columns(model).enumerate() {
+    let columns = columns(model).enumerate().map(|(at, name)| {
         let values = || trajectory.rows.iter().filter_map(|row| row.get(at));
         let mut fields =
             vec![("name", string(&name)), ("values", array(values().map(|value| number(value.mid_f64()))))];
@@ -115,10 +113,9 @@ pub fn motion_json(model: &Model, trajectory: &Trajectory, digits: usize) -> Str
             let errors = values().map(|value| number(one_digit_up(value.mid_f64_error())));
             fields.push((if proved { "error_bounds" } else { "error_estimates" }, array(errors)));
         }
-        out.push_str(if at == 0 { "\n  " } else { ",\n  " });
-        out.push_str(&record(fields));
-    }
-    out.push(']');
+        record(fields)
+    });
+    object.lines("columns", columns);
     object.end() + "\n"
 }
 

@@ -104,9 +104,7 @@ impl Axis {
         let mut marks = Vec::new();
         let mut at = first;
         while at <= last && marks.len() <= 2 * most {
-            let text = format!("{:.*}", decimals.min(17), at * factor * ten_to(tens - scale));
-            let shown = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-            marks.push((at * step, if shown == "-0" { "0".to_owned() } else { shown.to_owned() }));
+            marks.push((at * step, shortest(at * factor * ten_to(tens - scale), decimals.min(17))));
             at += 1.0;
         }
         (marks, scale)
@@ -321,8 +319,13 @@ pub(super) fn escaped(text: &str) -> String {
 
 /// A length in hundredths, as short as possible.
 fn place(value: f64) -> String {
-    let text = format!("{:.2}", value.clamp(-1e5, 1e5));
-    let text = text.trim_end_matches('0').trim_end_matches('.');
+    shortest(value.clamp(-1e5, 1e5), 2)
+}
+
+/// With so many decimals but for zeros at the end.
+fn shortest(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let text = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0" } else { text }.to_owned()
 }
 

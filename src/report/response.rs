@@ -134,16 +134,12 @@ pub fn peaks_json(response: &Response, peaks: &[Peaks]) -> String {
         format!(
             "\n  {{\"coordinate\": {},\n   \"unit\": {},\n   \"peaks\": {},\n   \"undecided\": {}}}",
             string(&own.coordinate),
-            optional(own.unit.as_ref()),
+            own.unit.as_deref().map_or_else(null, string),
             array(own.found.iter().map(of_peak)),
             array(own.undecided.iter().map(|piece| array(piece.iter().map(|end| number(*end))))),
         )
     };
     written(head(response), response, array(peaks.iter().map(of_output)))
-}
-
-fn optional(text: Option<&String>) -> String {
-    text.map_or_else(null, |text| string(text))
 }
 
 fn bound(value: &Ball) -> String {
@@ -154,7 +150,7 @@ fn bound(value: &Ball) -> String {
 fn head(response: &Response) -> Object {
     let mut object = Object::new(",\n ");
     object.field("model", model_and_version(response.model.as_deref()));
-    object.field("input", optional(response.input.as_ref()));
+    object.field("input", response.input.as_deref().map_or_else(null, string));
     object.field("parameter", string(&response.name));
     object
 }
@@ -188,7 +184,7 @@ pub fn response_json(response: &Response) -> String {
         let phase_bounds = values().map(|value| known(value).1.as_ref().map_or_else(null, bound));
         let mut own = Object::new(",\n   ");
         own.field("coordinate", string(&output.coordinate));
-        own.field("unit", optional(output.unit.as_ref()));
+        own.field("unit", output.unit.as_deref().map_or_else(null, string));
         own.field("amplitude", array(amplitudes));
         own.field("amplitude_error_bound", array(amplitude_bounds));
         own.field("phase", array(phases));
