@@ -180,6 +180,15 @@ pub(crate) fn within(value: &Real, ball: &Ball, bits: usize) -> bool {
     !ball.is_finite() || error <= real(&exact(ball.radius), bits) + slack
 }
 
+/// Whether a number is the true one, rounded to so many digits.
+pub(crate) fn is_rounded(number: &RBig, truth: &RBig, digits: usize, rounding: Rounding) -> bool {
+    let (rounded, place) = round(truth, digits);
+    let off = absolute(number - truth);
+    // At a tie both neighbours are as good to a reference that is a little off.
+    let tie = absolute(&off - &place / RBig::from(2)) <= &place * power_of_ten(-60);
+    rounded == *number || tie || rounding == Rounding::Tie && off <= place
+}
+
 impl Judge {
     fn new(model: &Model, point: &[Ball], bits: usize, outcome: &mut Outcome) -> Option<Self> {
         let matrices = match &model.reference {
@@ -367,19 +376,10 @@ impl Judge {
                 return;
             }
         }
-        let (rounded, place) = round(&truth, shown);
-        let off = absolute(&number - &truth);
-        let right = if printed.rounding == Rounding::Tie {
-            outcome.ties += 1;
-            off <= place
-        } else {
-            // At a tie both neighbours are as good to a reference that is a little off.
-            let half = &place / RBig::from(2);
-            let tie = absolute(&off - &half) <= &place * power_of_ten(-60);
-            rounded == number || tie
-        };
+        outcome.ties += usize::from(printed.rounding == Rounding::Tie);
+        let right = is_rounded(&number, &truth, shown, printed.rounding);
         let bound = exact(printed.error_bound) * (RBig::ONE + power_of_ten(-15));
-        if !right || off > bound {
+        if !right || absolute(number - truth) > bound {
             let message = format!(
                 "{name}: `{}` ({:?}, bound {:e}), true {}",
                 printed.text,

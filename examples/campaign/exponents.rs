@@ -1,12 +1,11 @@
 //! What is claimed of the exponents of a small model, held against the roots of its polynomial.
 
-use dashu_ratio::RBig;
 use librate::modes::{Kind, Stability};
 use librate::oscillation::{NormalMode, NormalModes};
 use librate::precision::{Rounding, decimal};
 
-use crate::check::{Asked, Outcome, Wrong, centre, within};
-use crate::digits::{absolute, digits, read, round};
+use crate::check::{Asked, Outcome, Wrong, centre, is_rounded, within};
+use crate::digits::{absolute, digits, read};
 use crate::draw::power_of_ten;
 use crate::pencil::{Complex, Pencil, Root};
 use crate::real::*;
@@ -215,12 +214,7 @@ impl Judge<'_> {
                 }
             }
             let truth = absolute(ratio(truth));
-            let (rounded, place) = round(&truth, shown);
-            let off = absolute(&number - &truth);
-            let half = &place / RBig::from(2);
-            let tie = absolute(&off - &half) <= &place * power_of_ten(-60);
-            let right = rounded == number || tie || printed.rounding == Rounding::Tie && off <= place;
-            if !right {
+            if !is_rounded(&number, &truth, shown, printed.rounding) {
                 let message = format!(
                     "{name} `{}` ({:?}), true {}",
                     printed.text,
