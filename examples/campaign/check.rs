@@ -183,6 +183,7 @@ pub(crate) fn within(value: &Real, ball: &Ball, bits: usize) -> bool {
 /// Whether a number is the true one, rounded to so many digits.
 pub(crate) fn is_rounded(number: &RBig, truth: &RBig, digits: usize, rounding: Rounding) -> bool {
     let (rounded, place) = round(truth, digits);
+    let place = power_of_ten(place);
     let off = absolute(number - truth);
     // At a tie both neighbours are as good to a reference that is a little off.
     let tie = absolute(&off - &place / RBig::from(2)) <= &place * power_of_ten(-60);

@@ -11,21 +11,10 @@ use crate::real::*;
 pub(crate) fn digits(x: &Real) -> String {
     let negative = is_negative(x);
     let (rounded, place) = round(&ratio(&abs(x)), 40);
-    let digits = (&rounded / &place).to_string();
-    let mut exponent = 39;
-    let mut unit = place;
-    // The place is a power of ten.
-    while unit < RBig::ONE {
-        unit *= RBig::from(10);
-        exponent -= 1;
-    }
-    while unit > RBig::ONE {
-        unit /= RBig::from(10);
-        exponent += 1;
-    }
+    let digits = (rounded / power_of_ten(place)).to_string();
     let sign = if negative { "-" } else { "" };
     let (first, rest) = digits.split_at(1);
-    format!("{sign}{first}.{rest}e{exponent}")
+    format!("{sign}{first}.{rest}e{}", place + 39)
 }
 
 pub(crate) fn absolute(x: RBig) -> RBig {
@@ -44,11 +33,11 @@ pub(crate) fn read(text: &str) -> Option<(RBig, usize)> {
     Some((value, shown))
 }
 
-/// A positive number to so many significant digits, to nearest and ties to even, and the unit of the
-/// last place before a carry.
-pub(crate) fn round(x: &RBig, count: usize) -> (RBig, RBig) {
+/// A positive number to so many significant digits, to nearest and ties to even, and the power of ten of
+/// the last place before a carry.
+pub(crate) fn round(x: &RBig, count: usize) -> (RBig, i64) {
     if *x == RBig::ZERO {
-        return (RBig::ZERO, RBig::ONE);
+        return (RBig::ZERO, 0);
     }
     let guess = x.to_f64().value().log10().floor();
     let mut exponent = if guess.is_finite() { guess as i64 } else { 0 };
@@ -58,13 +47,14 @@ pub(crate) fn round(x: &RBig, count: usize) -> (RBig, RBig) {
     while power_of_ten(exponent + 1) <= *x {
         exponent += 1;
     }
-    let place = power_of_ten(exponent - count as i64 + 1);
-    let scaled = x / &place;
+    let place = exponent - count as i64 + 1;
+    let unit = power_of_ten(place);
+    let scaled = x / &unit;
     let (two, floor) = (RBig::from(2), scaled.floor());
     let rest = scaled - RBig::from(floor.clone());
     let half = RBig::ONE / &two;
     let odd = floor.bit(0);
     let up = rest > half || rest == half && odd;
     let rounded = RBig::from(floor) + if up { RBig::ONE } else { RBig::ZERO };
-    (rounded * &place, place)
+    (rounded * unit, place)
 }

@@ -76,6 +76,12 @@ impl Draw {
         self.decimal(exponent)
     }
 
+    /// The same, negative once in `of`.
+    pub(crate) fn signed(&mut self, of: i64) -> Number {
+        let size = self.plain();
+        if self.once_in(of) { size.negated() } else { size }
+    }
+
     pub(crate) fn plains(&mut self, count: usize) -> Vec<Number> {
         if self.once_in(5) {
             return vec![self.plain(); count];
@@ -113,16 +119,11 @@ impl Draw {
     pub(crate) fn regular(&mut self, n: usize) -> Vec<Vec<i64>> {
         loop {
             let sparse = n > 6;
-            let a: Vec<Vec<i64>> = (0..n)
-                .map(|i| {
-                    (0..n)
-                        .map(|j| {
-                            let keep = !sparse || i == j || self.once_in(3);
-                            if keep { self.int(-4, 4) } else { 0 }
-                        })
-                        .collect()
-                })
-                .collect();
+            let mut entry = |i: usize, j: usize| {
+                let keep = !sparse || i == j || self.once_in(3);
+                if keep { self.int(-4, 4) } else { 0 }
+            };
+            let a: Vec<Vec<i64>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
             if regular(&a) {
                 return a;
             }
@@ -227,6 +228,15 @@ pub(crate) fn add_spring(a: &mut Exact, w: &RBig, i: usize, j: Option<usize>) {
     let mut g = vec![(i, RBig::ONE)];
     g.extend(j.map(|j| (j, -RBig::ONE)));
     add_square(a, w, &g);
+}
+
+/// The mass that spring i of a chain of n between walls ends at, and the one before it.
+pub(crate) fn ends(i: usize, n: usize) -> (usize, Option<usize>) {
+    match i {
+        0 => (0, None),
+        _ if i == n => (n - 1, None),
+        _ => (i, Some(i - 1)),
+    }
 }
 
 /// `param NAME[1..n] = …`, with one value where all are the same.

@@ -182,17 +182,12 @@ impl Pencil {
     fn kernel(&self, s: &Complex, bits: usize) -> Option<Vec<Vec<Complex>>> {
         let n = self.mass.len();
         let number = |x: &RBig| Complex::new(real(x, bits), integer(0, bits));
-        let mut a: Vec<Vec<Complex>> = (0..n)
-            .map(|i| {
-                (0..n)
-                    .map(|j| {
-                        let inner = number(&self.mass[i][j]).times(s);
-                        let middle = inner.plus(&number(&self.velocity[i][j])).times(s);
-                        middle.plus(&number(&self.position[i][j]))
-                    })
-                    .collect()
-            })
-            .collect();
+        let entry = |i: usize, j: usize| {
+            let inner = number(&self.mass[i][j]).times(s);
+            let middle = inner.plus(&number(&self.velocity[i][j])).times(s);
+            middle.plus(&number(&self.position[i][j]))
+        };
+        let mut a: Vec<Vec<Complex>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
         let mut order: Vec<usize> = (0..n).collect();
         // Of the three parts, which may cancel.
         let part = |a: &Exact, power: isize| {

@@ -26,11 +26,8 @@ V = sum(i in 1..{last}, 1/2*k[i]*(u[i] - u[i-1])^2)
 fn chain_stiffness(n: usize, k: &[Number]) -> Exact {
     let mut stiffness = zeros(n);
     for (i, k) in k.iter().enumerate() {
-        match i {
-            0 => add_spring(&mut stiffness, &k.value, 0, None),
-            _ if i == n => add_spring(&mut stiffness, &k.value, n - 1, None),
-            _ => add_spring(&mut stiffness, &k.value, i, Some(i - 1)),
-        }
+        let (own, other) = ends(i, n);
+        add_spring(&mut stiffness, &k.value, own, other);
     }
     stiffness
 }
@@ -160,12 +157,7 @@ pub(super) fn negative_springs(draw: &mut Draw) -> Model {
     let n = draw.dimension();
     let m = draw.plains(n);
     let share = draw.int(2, 6);
-    let k: Vec<Number> = (0..=n)
-        .map(|_| {
-            let k = draw.plain();
-            if draw.once_in(share) { k.negated() } else { k }
-        })
-        .collect();
+    let k: Vec<Number> = (0..=n).map(|_| draw.signed(share)).collect();
     chain(family("m", &m) + &family("k", &k), &m, &k)
 }
 

@@ -64,12 +64,7 @@ pub(super) fn indefinite(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(24);
     let (b, a) = (draw.regular(n), draw.regular(n));
     let m = draw.plains(n);
-    let w: Vec<Number> = (0..n)
-        .map(|_| {
-            let w = draw.plain();
-            if draw.once_in(2) { w.negated() } else { w }
-        })
-        .collect();
+    let w: Vec<Number> = (0..n).map(|_| draw.signed(2)).collect();
     squares_of(&b, &m, &a, &w)
 }
 

@@ -18,33 +18,23 @@ pub(super) fn net(draw: &mut Draw) -> Model {
         if draw.once_in(6) { (draw.size(2, 4), draw.size(2, 5)) } else { (draw.size(1, 2), draw.size(1, 3)) };
     let n = rows * columns;
     let (s, t) = (draw.plains(columns + 1), draw.plains(rows + 1));
-    let pull = |draw: &mut Draw| {
-        let tension = draw.plain();
-        if draw.once_in(5) { tension.negated() } else { tension }
-    };
-    let tau: Vec<Number> = (0..rows).map(|_| pull(draw)).collect();
-    let sigma: Vec<Number> = (0..columns).map(|_| pull(draw)).collect();
+    let tau: Vec<Number> = (0..rows).map(|_| draw.signed(5)).collect();
+    let sigma: Vec<Number> = (0..columns).map(|_| draw.signed(5)).collect();
     let stiff = draw.int(0, 6);
     let (k, c, m) = (draw.decimal(stiff), draw.plain(), draw.plain());
     let mut stiffness = zeros(2 * n);
     let u = |i: usize, j: usize| i * columns + j;
     for (i, j) in pairs(rows, columns + 1) {
         let across = &tau[i].value / &s[j].value;
-        let (own, other) = match j {
-            0 => (u(i, 0), None),
-            _ if j == columns => (u(i, j - 1), None),
-            _ => (u(i, j), Some(u(i, j - 1))),
-        };
+        let (own, other) = ends(j, columns);
+        let (own, other) = (u(i, own), other.map(|j| u(i, j)));
         add_spring(&mut stiffness, &k.value, own, other);
         add_spring(&mut stiffness, &across, own + n, other.map(|o| o + n));
     }
     for (i, j) in pairs(rows + 1, columns) {
         let across = &sigma[j].value / &t[i].value;
-        let (own, other) = match i {
-            0 => (u(0, j), None),
-            _ if i == rows => (u(i - 1, j), None),
-            _ => (u(i, j), Some(u(i - 1, j))),
-        };
+        let (own, other) = ends(i, rows);
+        let (own, other) = (u(own, j), other.map(|i| u(i, j)));
         add_spring(&mut stiffness, &across, own, other);
         add_spring(&mut stiffness, &c.value, own + n, other.map(|o| o + n));
     }
@@ -107,8 +97,7 @@ pub(super) fn string(draw: &mut Draw) -> Model {
     let (p, q) = (draw.int(1, 5), draw.int(-5, 5));
     let m = draw.plains(n);
     let (t, k) = (draw.plains(n + 1), draw.spread(n + 1, 5));
-    let tau = draw.plain();
-    let tau = if draw.once_in(6) { tau.negated() } else { tau };
+    let tau = draw.signed(6);
     let text = format!(
         "param n = {n}  param p = {p}  param q = {q}
 param tau = {}
@@ -135,11 +124,8 @@ equilibrium r[i in 1..n] = [p*X[i], q*X[i]]
             let length = real(&t[i].value, bits) * &unit;
             let across = real(&tau.value, bits) / length;
             let block = block(&real(&k[i].value, bits), &across, &e);
-            match i {
-                0 => add_block(&mut stiffness, &block, 0, None),
-                _ if i == n => add_block(&mut stiffness, &block, n - 1, None),
-                _ => add_block(&mut stiffness, &block, i, Some(i - 1)),
-            }
+            let (own, other) = ends(i, n);
+            add_block(&mut stiffness, &block, own, other);
         }
         Matrices { mass: to_reals(&each_twice(&m), bits), stiffness }
     };
@@ -185,8 +171,7 @@ equilibrium r[i in 1..n] = [0, -sum(j in 1..i, l[j])]
 pub(super) fn wheel(draw: &mut Draw) -> Model {
     let n = draw.dimension().div_ceil(2).max(3);
     let (m, k, c, radius) = (draw.plain(), draw.plain(), draw.plain(), draw.plain());
-    let tau = draw.plain();
-    let tau = if draw.once_in(3) { tau.negated() } else { tau };
+    let tau = draw.signed(3);
     let text = format!(
         "param N = {n}
 param m = {}  param k = {}  param c = {}  param R = {}  param tau = {}

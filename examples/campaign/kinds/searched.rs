@@ -340,7 +340,7 @@ impl Searched for Sagging {
             let mut slopes = [0, 1].map(|p| [0, 1].map(|q| &rest * &d[p] * &d[q]));
             slopes[0][0] += &pull;
             slopes[1][1] += &pull;
-            let (own, other) = if i < points { (i, from) } else { (i - 1, None) };
+            let (own, other) = ends(i, points);
             add_block(&mut hessian, &slopes, own, other);
         }
         (gradient, hessian)
