@@ -279,14 +279,12 @@ fn flat(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<f64> {
 
 /// A spring between two coordinates.
 fn spring(weight: f64, i: usize, j: usize) -> Square {
-    let entries = vec![(i, -1.0), (j, 1.0)];
-    Square { weight, entries }
+    Square { weight, entries: vec![(i, -1.0), (j, 1.0)] }
 }
 
 /// A spring from a coordinate to the wall.
 fn anchor(weight: f64, i: usize) -> Square {
-    let entries = vec![(i, 1.0)];
-    Square { weight, entries }
+    Square { weight, entries: vec![(i, 1.0)] }
 }
 
 /// The rows of a symmetric matrix of doubles, exactly.

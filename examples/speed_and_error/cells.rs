@@ -47,10 +47,7 @@ pub(crate) fn present<'a>(
     measured: impl Iterator<Item = &'a Measured> + Clone,
     keep: impl Fn(&PathInfo) -> bool,
 ) -> Vec<&'static PathInfo> {
-    let some = |path: &PathInfo| {
-        let mut all = measured.clone();
-        all.any(|m| !matches!(verdict(m, path), Verdict::Absent))
-    };
+    let some = |path: &PathInfo| measured.clone().any(|m| !matches!(verdict(m, path), Verdict::Absent));
     PATHS.iter().filter(|path| keep(path) && some(path)).collect()
 }
 

@@ -7,7 +7,7 @@ use super::cells::{ratio, table};
 use super::document::{against_n, described};
 use super::large::{Growth, LARGE, LargeReport, PEERS};
 use super::machine::{machine, said};
-use super::run::{DEFAULT, Plan, Verdict};
+use super::run::{DEFAULT, Plan};
 
 const TITLE: &str = "## Large models\n";
 /// What the chapter is in front of.
@@ -85,10 +85,7 @@ fn row(own: &LargeReport, slug: &str) -> Option<Vec<String>> {
     let (first, last) = (all.first()?, all.last()?);
     let exponent = |of: &dyn Fn(&Growth) -> f64| slope(all.iter().map(|own| ((own.n as f64).ln(), of(own).ln())));
     let digits = |exponent: Option<f64>| exponent.map_or(String::new(), |own| format!("{own:.2}"));
-    let bounds = own.report.family(slug).filter_map(|m| match m.verdict(DEFAULT)? {
-        Verdict::Done(outcome) => outcome.certified.as_ref().map(|own| own.bound),
-        Verdict::Failed(_) | Verdict::Absent | Verdict::TooLong => None,
-    });
+    let bounds = own.report.family(slug).filter_map(|m| Some(m.of(DEFAULT)?.certified.as_ref()?.bound));
     Some(vec![
         slug.to_owned(),
         format!("{} to {}", first.n, last.n),

@@ -20,18 +20,15 @@ pub(crate) fn said(program: &str, argument: &str) -> Option<String> {
 
 /// The processor, as far as the system tells.
 pub(crate) fn machine() -> String {
-    let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        line.split(':').nth(1).map(|name| name.trim().to_owned())
-    });
-    let vectors = [("AVX-512", "avx512f"), ("AVX2", "avx2")].into_iter().find(|(_, flag)| {
-        let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        text.split_whitespace().any(|word| word == *flag)
-    });
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find(|line| line.starts_with("model name"));
+    let model = line.and_then(|line| line.split(':').nth(1));
+    let mut vectors = [("AVX-512", "avx512f"), ("AVX2", "avx2")].into_iter();
+    let vectors = vectors.find(|(_, flag)| text.split_whitespace().any(|word| word == *flag));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     format!(
         "{} ({}{}), {cores} cores of it, {}",
-        model.unwrap_or_else(|| "a processor of unknown name".to_owned()),
+        model.map_or("a processor of unknown name", str::trim),
         std::env::consts::ARCH,
         vectors.map_or(String::new(), |(name, _)| format!(", {name}")),
         std::env::consts::OS,

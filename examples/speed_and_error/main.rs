@@ -76,10 +76,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => return Err(format!("what is {argument}?").into()),
         }
     }
-    let mut peers = Peers::start(&python, &root.join("examples/speed_and_error/peers.py"));
-    if let Err(reason) = &peers {
-        eprintln!("no peers: {reason}");
-    }
+    let mut peers = Peers::start(&python, &root.join("examples/speed_and_error/peers.py"))
+        .inspect_err(|reason| eprintln!("no peers: {reason}"));
     // Shows itself on a terminal only.
     let bar = ProgressBar::new(plan.len() as u64);
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}")?);

@@ -138,10 +138,7 @@ pub(crate) fn sizes(report: &Report, families: &[(&str, &str)]) -> Result<String
     let reference = format!("CPU time, {} = 1", report.unit);
     let shown: Vec<&PathInfo> = PATHS
         .iter()
-        .filter(|path| {
-            let mut all = report.measured.iter().filter(|m| m.family.is_some());
-            all.any(|m| m.of(path.label).is_some())
-        })
+        .filter(|path| report.measured.iter().any(|m| m.family.is_some() && m.of(path.label).is_some()))
         .collect();
     let count = families.len() as u32;
     svg((1120, 330 * count), |area| {

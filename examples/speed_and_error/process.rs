@@ -68,8 +68,7 @@ impl Peers {
 
     /// Whether a peer has what it needs.
     pub(crate) fn has(&self, package: &str) -> bool {
-        let mut all = self.versions.iter();
-        all.any(|(name, version)| name == package && version.is_some())
+        self.versions.iter().any(|(name, version)| name == package && version.is_some())
     }
 }
 

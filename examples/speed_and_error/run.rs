@@ -272,9 +272,9 @@ impl Plan {
         // True values have to be known better than what is held against them.
         let known = |digits: usize| digits + 5 <= case.known.digits;
         match path.group {
-            Group::Doubles if path.label == FAER => plain(case, with_faer(case, self.patience)),
-            Group::Doubles => plain(case, with_nalgebra(case, self.patience)),
-            Group::Jacobi => with_jacobi(case, self.patience).map_or(Verdict::Absent, |result| plain(case, result)),
+            Group::Doubles if path.label == FAER => doubles(case, with_faer(case, self.patience)),
+            Group::Doubles => doubles(case, with_nalgebra(case, self.patience)),
+            Group::Jacobi => with_jacobi(case, self.patience).map_or(Verdict::Absent, |result| doubles(case, result)),
             Group::Librate(digits) if known(digits) => match with_librate(case, digits, self.patience) {
                 Ok(answer) => Verdict::Done(certified(&case.known, answer, digits)),
                 Err(error) => Verdict::Failed(error),
@@ -305,24 +305,20 @@ impl Plan {
         if !peers.has(path.package) {
             return Verdict::Absent;
         }
-        match peers.run(path.label, self.patience) {
-            Ok((seconds, values)) => {
-                Verdict::Done(Outcome { seconds, judged: judge(&values, &known.values, known.digits), certified: None })
-            }
-            Err(error) => Verdict::Failed(error),
-        }
+        plain(known, peers.run(path.label, self.patience))
     }
 }
 
-fn plain(case: &Case, result: Doubles) -> Verdict {
+fn doubles(case: &Case, result: Doubles) -> Verdict {
+    let exact = |values: Vec<f64>| values.into_iter().map(Number::from_f64_exact).collect::<Option<Vec<Number>>>();
+    plain(&case.known, result.map(|(seconds, values)| (seconds, exact(values).unwrap_or_default())))
+}
+
+/// What is said without bounds, held against the truth.
+fn plain(known: &Known, result: Result<(f64, Vec<Number>), String>) -> Verdict {
     match result {
         Ok((seconds, values)) => {
-            let values: Option<Vec<Number>> = values.into_iter().map(Number::from_f64_exact).collect();
-            Verdict::Done(Outcome {
-                seconds,
-                judged: judge(&values.unwrap_or_default(), &case.known.values, case.known.digits),
-                certified: None,
-            })
+            Verdict::Done(Outcome { seconds, judged: judge(&values, &known.values, known.digits), certified: None })
         }
         Err(error) => Verdict::Failed(error),
     }

@@ -42,10 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => return Err(format!("what is {argument}?").into()),
         }
     }
-    let peers = Peers::start(&python, &root.join("examples/work_precision/integrators.py"));
-    if let Err(reason) = &peers {
-        eprintln!("no peers: {reason}");
-    }
+    let peers = Peers::start(&python, &root.join("examples/work_precision/integrators.py"))
+        .inspect_err(|reason| eprintln!("no peers: {reason}"));
     let report = run::run(root, peers, patience, longest)?;
     document::write(&report, &out)?;
     println!("{}", out.join("work-precision.md").display());
