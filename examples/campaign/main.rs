@@ -34,9 +34,9 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use comfy_table::{CellAlignment, Table, presets};
 
-use check::{WRONGS, Wrong};
+use check::{Outcome, WRONGS, Wrong};
 use kinds::KINDS;
-use survey::{Failure, Plan, Survey, Tally, current};
+use survey::{Done, Plan, current};
 
 struct Request {
     plan: Plan,
@@ -96,7 +96,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         println!("{}", text(&plan, plan.models.start));
     }
     let start = Instant::now();
-    let survey = plan.run(|done| {
+    let done = plan.run(|done| {
         if done.is_multiple_of(1000) {
             eprintln!("{done} models");
         }
@@ -108,17 +108,18 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         start.elapsed().as_secs_f64(),
         plan.threads
     );
-    println!("{}", table(&survey));
-    let only_lost = |failure: &&Failure| failure.violations.iter().all(|v| v.0 == Wrong::Lost);
-    let (lost, others): (Vec<&Failure>, Vec<&Failure>) = survey.failures.iter().partition(only_lost);
+    println!("{}", table(&plan, &done));
+    let failures = || done.iter().filter(|done| !done.outcome.violations.is_empty());
+    let only_lost = |failure: &&Done| failure.outcome.violations.iter().all(|v| v.0 == Wrong::Lost);
+    let (lost, others): (Vec<&Done>, Vec<&Done>) = failures().partition(only_lost);
     if !lost.is_empty() {
         let numbers: Vec<String> = lost.iter().map(|f| f.index.to_string()).collect();
         println!("no equilibrium found in: {}", numbers.join(" "));
     }
     // A few of a sort say as much as all.
     for failure in others.into_iter().chain(lost.into_iter().take(20)) {
-        println!("--seed {} --kind {} --model {}", plan.seed, KINDS[failure.kind].0, failure.index);
-        for (wrong, message) in &failure.violations {
+        println!("--seed {} --kind {} --model {}", plan.seed, KINDS[plan.kind_of(failure.index)].0, failure.index);
+        for (wrong, message) in &failure.outcome.violations {
             println!("    {wrong:?}: {message}");
         }
         if print && plan.models.len() > 1 {
@@ -128,7 +129,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             keep_model(&plan, failure, folder)?;
         }
     }
-    Ok(if survey.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if failures().next().is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// A model's text and tables.
@@ -143,12 +144,12 @@ fn text(plan: &Plan, index: usize) -> String {
 }
 
 /// Writes the model where it can be run: its tables beside it.
-fn keep_model(plan: &Plan, failure: &Failure, folder: &Path) -> Result<(), Box<dyn Error>> {
-    let own = folder.join(format!("{}-{}", KINDS[failure.kind].0, failure.index));
+fn keep_model(plan: &Plan, failure: &Done, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let own = folder.join(format!("{}-{}", KINDS[plan.kind_of(failure.index)].0, failure.index));
     std::fs::create_dir_all(&own)?;
     let (model, asked) = plan.model(failure.index);
     let mut text = format!("# seed {}, {} digits\n", plan.seed, asked.digits);
-    for (wrong, message) in &failure.violations {
+    for (wrong, message) in &failure.outcome.violations {
         let _ = writeln!(text, "# {wrong:?}: {}", message.replace('\n', " "));
     }
     std::fs::write(own.join("model.lag"), text + &model.text)?;
@@ -164,25 +165,26 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted.get(at).copied().unwrap_or(f64::NAN)
 }
 
-fn row(name: &str, tallies: &[&Tally]) -> Vec<String> {
-    let sum = |of: &dyn Fn(&Tally) -> usize| tallies.iter().map(|t| of(t)).sum::<usize>();
-    let mut sizes: Vec<usize> = tallies.iter().flat_map(|t| &t.coordinates).copied().collect();
+fn row(name: &str, done: &[&Done]) -> Vec<String> {
+    let outcomes = || done.iter().map(|done| &done.outcome);
+    let sum = |of: &dyn Fn(&Outcome) -> usize| outcomes().map(of).sum::<usize>();
+    let mut sizes: Vec<usize> = outcomes().map(|own| own.coordinates).collect();
     sizes.sort_unstable();
-    let mut ratios: Vec<f64> = tallies.iter().flat_map(|t| &t.ratios).copied().collect();
+    let mut ratios: Vec<f64> = outcomes().flat_map(|own| &own.ratios).copied().collect();
     ratios.sort_by(f64::total_cmp);
-    let times = tallies.iter().flat_map(|t| &t.cpu);
-    let mut times: Vec<f64> = times.map(|t| t.as_secs_f64() * 1e3).collect();
+    let mut times: Vec<f64> = outcomes().map(|own| own.cpu.as_secs_f64() * 1e3).collect();
     times.sort_by(f64::total_cmp);
     let mut cells = vec![
         name.to_owned(),
-        sum(&|t| t.models).to_string(),
+        done.len().to_string(),
         sizes.get(sizes.len() / 2).map_or(String::new(), ToString::to_string),
         sum(&|t| t.numbers).to_string(),
     ];
-    cells.extend((0..WRONGS.len()).map(|w| sum(&|t| t.wrong[w]).to_string()));
-    let least = tallies.iter().flat_map(|t| &t.fewer).min();
+    let count = |wrong: Wrong| sum(&|own| own.violations.iter().filter(|v| v.0 == wrong).count());
+    cells.extend(WRONGS.map(|wrong| count(wrong).to_string()));
+    let fewest = done.iter().filter_map(|done| Some((done.outcome.fewer.iter().min()?, done.index)));
     let fewer = sum(&|t| t.fewer.len());
-    cells.push(match least {
+    cells.push(match fewest.min() {
         Some((digits, index)) => format!("{fewer} (model {index}: {digits})"),
         None => "0".to_owned(),
     });
@@ -199,7 +201,7 @@ fn row(name: &str, tallies: &[&Tally]) -> Vec<String> {
     cells
 }
 
-fn table(survey: &Survey) -> Table {
+fn table(plan: &Plan, done: &[Done]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     let mut header = vec!["kind", "models", "n", "numbers"];
@@ -227,13 +229,13 @@ fn table(survey: &Survey) -> Table {
     ]);
     let columns = header.len();
     table.set_header(header);
-    for (kind, tally) in KINDS.iter().zip(&survey.tallies) {
-        if tally.models > 0 {
-            table.add_row(row(kind.0, &[tally]));
+    for (number, (kind, _)) in KINDS.iter().enumerate() {
+        let own: Vec<&Done> = done.iter().filter(|done| plan.kind_of(done.index) == number).collect();
+        if !own.is_empty() {
+            table.add_row(row(kind, &own));
         }
     }
-    let all: Vec<&Tally> = survey.tallies.iter().collect();
-    table.add_row(row("all", &all));
+    table.add_row(row("all", &done.iter().collect::<Vec<_>>()));
     for column in 1..columns {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
