@@ -212,36 +212,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     put("eig", clock.lap());
 
     if request.warm {
-        put(
-            "build_warm",
-            repeat(|| {
-                let linear = linearized(&text, &tables, |_| {})?;
-                std::hint::black_box(matrices(&linear));
-                Ok(())
-            })?,
-        );
-        put(
-            "eval_warm",
-            repeat(|| {
-                std::hint::black_box(matrices(&linear));
-                Ok(())
-            })?,
-        );
-        put(
-            "eig_warm",
-            repeat(|| {
-                std::hint::black_box(normal_modes(&linear, &options)?);
-                Ok(())
-            })?,
-        );
-        put(
-            "whole_warm",
-            repeat(|| {
-                let linear = linearized(&text, &tables, |_| {})?;
-                std::hint::black_box(normal_modes(&linear, &options)?);
-                Ok(())
-            })?,
-        );
+        put("build_warm", repeat(|| Ok(matrices(&linearized(&text, &tables, |_| {})?)))?);
+        put("eval_warm", repeat(|| Ok(matrices(&linear)))?);
+        put("eig_warm", repeat(|| Ok(normal_modes(&linear, &options)?))?);
+        put("whole_warm", repeat(|| Ok(normal_modes(&linearized(&text, &tables, |_| {})?, &options)?))?);
     }
 
     let mut oscillating: Vec<_> = normal.modes.iter().collect();

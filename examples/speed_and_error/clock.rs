@@ -71,12 +71,12 @@ pub(crate) fn fastest<T>(patience: f64, mut call: impl FnMut() -> T) -> (f64, T)
 }
 
 /// The medians of wall and CPU time of repeated calls, in seconds: of at least five, for about a second.
-pub(crate) fn repeat(mut call: impl FnMut() -> Result<(), Box<dyn Error>>) -> Result<(f64, f64), Box<dyn Error>> {
+pub(crate) fn repeat<T>(mut call: impl FnMut() -> Result<T, Box<dyn Error>>) -> Result<(f64, f64), Box<dyn Error>> {
     let (mut wall, mut cpu) = (Vec::new(), Vec::new());
     let start = Instant::now();
     while wall.len() < 5 || (wall.len() < 2000 && start.elapsed() < Duration::from_secs(1)) {
         let mut clock = Clock::start();
-        call()?;
+        black_box(call()?);
         let times = clock.lap();
         wall.push(times.0);
         cpu.push(times.1);
