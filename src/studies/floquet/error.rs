@@ -16,10 +16,7 @@ Error FloquetError {
     "E0701" NoTime {
         /// Its `period` statement, if it has one.
         span: Option<Span>,
-    } => match span {
-            Some(span) => at(*span, "nothing depends on the time"),
-            None => nowhere(),
-        }
+    } => span.map_or_else(nowhere, |span| at(span, "nothing depends on the time"))
         .with_help("use `librate modes`; a drive contains the time `t`: `cos(W*t)`"),
 
     /// The time occurs, but no period is given.

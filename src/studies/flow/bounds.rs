@@ -1,5 +1,6 @@
 //! Bounds that steps of enclosures share.
 
+use librate_core::expr::Prepared;
 use librate_core::precision::{Ball, DoubleDouble, Enclosure, Matrix, up};
 
 /// x + [0, length] for an upper bound of the length.
@@ -15,6 +16,12 @@ pub(super) fn time_coefficient<S: Enclosure>(time: &S, unit: f64, k: usize, prec
         1 => S::exact(unit, precision),
         _ => S::exact(0.0, precision),
     }
+}
+
+/// What a tape gives, if all of it is finite.
+pub(super) fn finite(tape: &Prepared<Ball>, inputs: &[Ball], scratch: &mut Vec<Ball>) -> Option<Vec<Ball>> {
+    let values = tape.evaluate(inputs, scratch);
+    values.iter().all(Ball::is_finite).then_some(values)
 }
 
 /// T, row by row, at all times up to an upper bound of a length, from the values of J until then; `None` where it has no bound.

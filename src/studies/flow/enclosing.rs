@@ -3,7 +3,7 @@
 //! What is left out needs few digits: the box that the solution stays in and Lagrange's remainders are double-double for any
 //! precision of the step.
 
-use super::bounds::{near_unit, norm, onwards};
+use super::bounds::{finite, near_unit, norm, onwards};
 use super::expansion::{Slopes, expanded, expanded_slopes};
 use super::plain::weights;
 use super::{Equations, horner};
@@ -83,11 +83,8 @@ impl<S: Enclosure> Enclosing<S> {
             return None;
         }
         let start: Vec<Ball> = std::iter::once(t).chain(state).map(S::to_ball).collect();
-        let here = self.values.evaluate(&start, &mut self.scratch);
+        let here = finite(&self.values, &start, &mut self.scratch)?;
         let jacobian = here.get(self.followed()..)?;
-        if here.iter().any(|x| !x.is_finite()) {
-            return None;
-        }
         let sizes: Vec<f64> = jacobian.iter().map(|x| x.mid_f64().abs()).collect();
         let weights = weights(self.dimension, &sizes);
         let norm = norm(jacobian, &weights);
@@ -170,11 +167,7 @@ impl<S: Enclosure> Enclosing<S> {
             here[..n].iter().zip(weights).map(|(f, w)| length * (1.5 * f.abs_upper()).max(0.5 * fastest * w)).collect();
         for _ in 0..BOXES {
             let tube: Vec<Ball> = state.iter().zip(&reach).map(|(x, r)| x.with_added_radius(*r)).collect();
-            let inputs = [&[*time], tube.as_slice()].concat();
-            let values = self.values.evaluate(&inputs, &mut self.scratch);
-            if values.iter().any(|x| !x.is_finite()) {
-                return None;
-            }
+            let values = finite(&self.values, &[&[*time], tube.as_slice()].concat(), &mut self.scratch)?;
             let mut held = true;
             for (f, r) in values[..n].iter().zip(&mut reach) {
                 let needed = up(length * f.abs_upper());

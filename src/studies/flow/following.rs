@@ -5,7 +5,7 @@
 //! with c in it, x(t + h; X) lies in x(t + h; c) + T(X) (X - c) (the theorem of the mean, component by component). What is small needs few digits: T, the box that
 //! the solution stays in and Lagrange's remainders are double-double for any precision of the centre.
 
-use super::bounds::{near_unit, norm, onwards};
+use super::bounds::{finite, near_unit, norm, onwards};
 use super::expansion::{expanded, expanded_slopes};
 use super::plain::weights;
 use super::set::Set;
@@ -131,11 +131,7 @@ impl<S: Enclosure> Following<S> {
         self.stretch = None;
         let time = Ball::exact(self.time);
         let start: Vec<Ball> = self.state().iter().map(S::to_ball).collect();
-        let inputs = [&[time], start.as_slice()].concat();
-        let here = self.values.evaluate(&inputs, &mut self.scratch);
-        if here.iter().any(|x| !x.is_finite()) {
-            return None;
-        }
+        let here = finite(&self.values, &[&[time], start.as_slice()].concat(), &mut self.scratch)?;
         let (rates, jacobian) = here.split_at_checked(self.dimension)?;
         let mut length = self.next;
         if !length.is_finite() {
@@ -171,11 +167,7 @@ impl<S: Enclosure> Following<S> {
         let share = length / unit;
         let time = onwards(Ball::exact(self.time), up(length * BEYOND));
         let tube = self.tube(&time, start, rates, length)?;
-        let inputs = [&[time], tube.as_slice()].concat();
-        let there = self.values.evaluate(&inputs, &mut self.scratch);
-        if there.iter().any(|x| !x.is_finite()) {
-            return None;
-        }
+        let there = finite(&self.values, &[&[time], tube.as_slice()].concat(), &mut self.scratch)?;
         let jacobian = &there[n..];
         // Of what J gets to be on the way: where a motion begins, couplings may vanish.
         let scales = &scales(n, jacobian);

@@ -43,10 +43,7 @@ Error PeriodError {
         count: usize,
         /// Where the second one is declared.
         span: Option<Span>,
-    } => match span {
-            Some(span) => at(*span, "one too many"),
-            None => nowhere(),
-        }
+    } => span.map_or_else(nowhere, |span| at(span, "one too many"))
         .with_help("`modes` computes small oscillations of several coordinates"),
 
     /// Something that the energy is not conserved with, or that is not covered.
