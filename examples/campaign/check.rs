@@ -88,20 +88,15 @@ const LOST: &str = "no equilibrium was found";
 
 fn trip(model: &Model, asked: &Asked) -> Result<(Vec<Ball>, NormalModes), String> {
     let said = |errors: Vec<String>| errors.join("; ");
-    let mut tables = TableTexts::new();
-    for (name, text) in &model.tables {
-        tables = tables.with(name.clone(), text.clone());
-    }
+    let tables = model.tables.iter().cloned();
+    let tables = tables.fold(TableTexts::new(), |tables, (name, text)| tables.with(name, text));
     let file = parse(&model.text).map_err(|errors| said(errors.iter().map(ToString::to_string).collect()))?;
     let elaborated = elaborate(&file, &tables, &Settings::new())
         .map_err(|errors| said(errors.iter().map(ToString::to_string).collect()))?;
     let linearized = linearize(elaborated).map_err(|error| error.to_string())?;
     let mut options = Options::default().digits(asked.digits);
     options.vectors = asked.vectors;
-    options.lowest = asked.lowest;
-    if matches!(model.reference, Reference::Exponents(_)) {
-        options.lowest = None;
-    }
+    options.lowest = asked.lowest.filter(|_| !matches!(model.reference, Reference::Exponents(_)));
     let modes = normal_modes(&linearized, &options).map_err(|error| error.to_string())?;
     Ok((linearized.equilibrium().values.clone(), modes))
 }
@@ -115,9 +110,7 @@ pub(crate) fn check(model: &Model, asked: &Asked) -> Outcome {
         Ok(result) => result,
         Err(message) => {
             // Every model has an equilibrium, most but not all near where the search starts.
-            let lost = message == LOST;
-            let wrong = if lost { Wrong::Lost } else { Wrong::Error };
-            outcome.wrong(wrong, message);
+            outcome.wrong(if message == LOST { Wrong::Lost } else { Wrong::Error }, message);
             return outcome;
         }
     };
@@ -401,9 +394,8 @@ impl Judge {
         let length = sqrt(&total);
         let mut projectors: Vec<(usize, Real, Factors)> = Vec::new();
         let mut start = 0;
-        while start < modes.len() {
-            let cluster = modes[start].cluster;
-            let end = (start..modes.len()).find(|i| modes[*i].cluster != cluster).unwrap_or(modes.len());
+        for members in modes.chunk_by(|a, b| a.cluster == b.cluster) {
+            let end = start + members.len();
             // Of a cluster at the end of what `lowest` asks for, members may be out of sight.
             let cut = end == modes.len() && modes.len() < self.truth.values.len();
             let mut groups: Vec<usize> = positions[start..end].iter().map(|k| self.truth.group[*k]).collect();
@@ -418,7 +410,7 @@ impl Judge {
                 }
             }
             let mut images = Vec::new();
-            for mode in &modes[start..end] {
+            for mode in members {
                 let x: Vec<Real> = mode.vector.iter().map(|x| real(&exact(*x), bits)).collect();
                 let image = times(m, &x, bits);
                 let bound = mode.vector_error_bound;
@@ -436,8 +428,8 @@ impl Judge {
                     let largest = x.iter().map(abs).fold(integer(0, bits), larger);
                     let slack = scale(&allowed, -40) + scale(&largest, -(bits as isize) / 2);
                     // Where the exact eigenvalue is repeated, no single vector can be meant.
-                    let members = self.truth.group.iter().filter(|g| groups.contains(g));
-                    if end - start == 1 && members.count() == 1 {
+                    let repeated = self.truth.group.iter().filter(|g| groups.contains(g)).count();
+                    if members.len() == 1 && repeated == 1 {
                         let norm = sqrt(&inner(&projected, &times(m, &projected, bits), bits));
                         let worst =
                             x.iter().zip(&projected).map(|(x, y)| abs(&(x - y / &norm))).fold(integer(0, bits), larger);
@@ -464,7 +456,7 @@ impl Judge {
                 }
                 images.push((x, image));
             }
-            self.orthonormal(&images, &modes[start..end], positions[start], outcome);
+            self.orthonormal(&images, members, positions[start], outcome);
             start = end;
         }
         Some(())
