@@ -162,21 +162,16 @@ pub fn motion_remark(trajectory: &Trajectory) -> String {
     if let Some(bits) = trajectory.proved {
         text.push_str(&format!(" with {bits} bits; every digit is proved"));
     }
-    match trajectory.energy_drift {
-        Some(0.0) => text.push_str("; the energy is constant up to rounding"),
-        Some(drift) => {
-            let most = one_digit_up_text(drift);
-            text.push_str(&format!("; the energy drifts by at most {most} of the largest kinetic energy"))
+    let drifts = [
+        (trajectory.energy_drift, "the energy is constant", "the energy drifts", "the largest kinetic energy"),
+        (trajectory.constraint_drift, "the constraints are kept", "the constraints drift", "their largest terms"),
+    ];
+    for (drift, is_kept, drifts, of) in drifts {
+        match drift {
+            Some(0.0) => text.push_str(&format!("; {is_kept} up to rounding")),
+            Some(drift) => text.push_str(&format!("; {drifts} by at most {} of {of}", one_digit_up_text(drift))),
+            None => {}
         }
-        None => {}
-    }
-    match trajectory.constraint_drift {
-        Some(0.0) => text.push_str("; the constraints are kept up to rounding"),
-        Some(drift) => {
-            let most = one_digit_up_text(drift);
-            text.push_str(&format!("; the constraints drift by at most {most} of their largest terms"))
-        }
-        None => {}
     }
     text
 }
