@@ -511,16 +511,8 @@ impl<T: Entry> Rows<T> {
                 if own.len() < place + pivot.len() {
                     own.resize(place + pivot.len(), T::whole(0, precision));
                 }
-                for (entry, above) in own[place..].iter_mut().zip(pivot).skip(1) {
-                    if !above.is_zero() {
-                        *entry = entry.sub(&factor.mul(above));
-                    }
-                }
-                for (entry, above) in rest_right[row - k - 1].iter_mut().zip(pivot_right) {
-                    if !above.is_zero() {
-                        *entry = entry.sub(&factor.mul(above));
-                    }
-                }
+                take_off(&mut own[place + 1..], &factor, &pivot[1..]);
+                take_off(&mut rest_right[row - k - 1], &factor, pivot_right);
             }
         }
         for k in (0..n).rev() {
@@ -528,13 +520,8 @@ impl<T: Entry> Rows<T> {
             let (own, below) = right.split_at_mut(k + 1);
             let own = own.last_mut()?;
             for (entry, x) in rest.iter().zip(below.iter()) {
-                if entry.is_zero() {
-                    continue;
-                }
-                for (sum, x) in own.iter_mut().zip(x) {
-                    if !x.is_zero() {
-                        *sum = sum.sub(&entry.mul(x));
-                    }
+                if !entry.is_zero() {
+                    take_off(own, entry, x);
                 }
             }
             for sum in own {
@@ -542,6 +529,15 @@ impl<T: Entry> Rows<T> {
             }
         }
         Some(right)
+    }
+}
+
+/// Takes so many times another row off a row.
+fn take_off<T: Entry>(row: &mut [T], factor: &T, other: &[T]) {
+    for (entry, other) in row.iter_mut().zip(other) {
+        if !other.is_zero() {
+            *entry = entry.sub(&factor.mul(other));
+        }
     }
 }
 
