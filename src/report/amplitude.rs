@@ -1,12 +1,12 @@
 //! How frequencies change with the amplitude, as text and as JSON.
 
-use super::json::{Object, array, lines, null, number, string};
+use super::json::{Object, array, error_bound, lines, null, number, string};
 use super::modes::numbered;
 use super::table::{Column, GAP, draw};
 use super::{Style, Tone, Written, bound_text, grouped, headline, nearest, nearest_bound, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
 use librate_core::oscillation::NormalModes;
-use librate_core::precision::{Ball, one_digit_up};
+use librate_core::precision::Ball;
 use librate_studies::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
 
 /// Digits of a change.
@@ -121,7 +121,7 @@ pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: 
         let mut object = Object::new(", ");
         object.field("omega", number(mode.omega.mid_f64()));
         object.field("omega_digits", written.json());
-        object.field("error_bound", number(one_digit_up(mode.omega.mid_f64_error())));
+        object.field("error_bound", error_bound(&mode.omega));
         object.field("digits_error_bound", number(written.bound));
         object.field("coordinate", string(&model.coordinates.at(found.coordinate).name()));
         match &found.change {

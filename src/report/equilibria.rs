@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use super::json::{Object, array, lines, null, number, record, string, strings};
+use super::json::{Object, array, bound, error_bound, lines, middles, null, number, record, string, strings};
 use super::modes::stability_tone;
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, bound_text, counted, headline, shown_unit, with_unit};
 use librate_core::linearize::short;
 use librate_core::model::{Coordinate, Model};
 use librate_core::modes::Stability;
-use librate_core::precision::{Ball, one_digit_up};
+use librate_core::precision::Ball;
 use librate_studies::equilibria::{Bifurcation, Branch, Diagram, Equilibrium, Found, Region};
 
 /// Digits of coordinates and frequencies.
@@ -124,7 +124,7 @@ pub fn equilibria_json(model: &Model, found: &Found) -> String {
     object.field("equilibria", lines(found.equilibria.iter().map(equilibrium_object)));
     let undecided = found.undecided.iter().map(|own| {
         let point = array(own.point.iter().map(|x| number(*x)));
-        record([("point", point), ("radius", number(one_digit_up(own.radius)))])
+        record([("point", point), ("radius", bound(own.radius))])
     });
     object.field("undecided", array(undecided));
     object.field("messages", strings(&found.reasons));
@@ -132,7 +132,7 @@ pub fn equilibria_json(model: &Model, found: &Found) -> String {
 }
 
 fn head(model: &Model, region: &Region) -> Object {
-    let ends = |side: &Option<[Ball; 2]>| side.as_ref().map_or_else(null, |ends| values(ends));
+    let ends = |side: &Option<[Ball; 2]>| side.as_ref().map_or_else(null, middles);
     let mut object = Object::of_model(model);
     object.field("box", record(model.coordinates.names().zip(region.sides.iter().map(ends))));
     object
@@ -140,17 +140,13 @@ fn head(model: &Model, region: &Region) -> Object {
 
 fn equilibrium_object(own: &Equilibrium) -> String {
     record([
-        ("point", values(&own.point)),
-        ("radius", number(one_digit_up(own.radius()))),
+        ("point", middles(&own.point)),
+        ("radius", bound(own.radius())),
         ("isolated", own.isolated.map_or_else(null, |own| own.to_string())),
         ("stability", string(own.stability.as_str())),
-        ("omega", values(&own.omega)),
-        ("growth", values(&own.growth)),
+        ("omega", middles(&own.omega)),
+        ("growth", middles(&own.growth)),
     ])
-}
-
-fn values(all: &[Ball]) -> String {
-    array(all.iter().map(|x| number(x.mid_f64())))
 }
 
 /// The branches of equilibria over a parameter as tables to read; why these may not be all is for the caller to tell
@@ -243,11 +239,11 @@ pub fn diagram_json(model: &Model, diagram: &Diagram) -> String {
         let own = || branch.at.iter().map(|(_, own)| own);
         let mut object = Object::new(",\n   ");
         object.field("values", array(branch.at.iter().map(|(place, _)| number(diagram.values[*place]))));
-        object.field("points", array(own().map(|own| values(&own.point))));
-        object.field("radius", array(own().map(|own| number(one_digit_up(own.radius())))));
+        object.field("points", array(own().map(|own| middles(&own.point))));
+        object.field("radius", array(own().map(|own| bound(own.radius()))));
         object.field("stability", strings(own().map(|own| own.stability.as_str())));
-        object.field("omega", array(own().map(|own| values(&own.omega))));
-        object.field("growth", array(own().map(|own| values(&own.growth))));
+        object.field("omega", array(own().map(|own| middles(&own.omega))));
+        object.field("growth", array(own().map(|own| middles(&own.growth))));
         object.end()
     });
     object.field("branches", lines(branches));
@@ -255,9 +251,9 @@ pub fn diagram_json(model: &Model, diagram: &Diagram) -> String {
         record([
             ("kind", string(own.kind.as_str())),
             (&diagram.name, number(own.value.mid_f64())),
-            ("error_bound", number(one_digit_up(own.value.mid_f64_error()))),
-            ("point", values(&own.point)),
-            ("radius", number(one_digit_up(own.radius()))),
+            ("error_bound", error_bound(&own.value)),
+            ("point", middles(&own.point)),
+            ("radius", bound(own.radius())),
         ])
     });
     object.field("bifurcations", lines(bifurcations));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{Object, array, null, number, string};
+use super::json::{Object, array, bound, middles, null, number, string};
 use super::plain::wrapped;
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline};
@@ -21,7 +21,6 @@ fn parts(own: &Multiplier, digits: usize) -> [Written; 3] {
 /// `floquet.schema.json` describes.
 #[must_use]
 pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
-    let middles = |values: &[Ball]| array(values.iter().map(|value| number(value.mid_f64())));
     let state = floquet.place.iter().chain(&floquet.velocities);
     let state_error = state.map(Ball::mid_f64_error).fold(0.0, f64::max);
     let pairs =
@@ -53,10 +52,10 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     object.field("about", string(if floquet.rests { "equilibrium" } else { "periodic motion" }));
     object.field("place", middles(&floquet.place));
     object.field("velocities", middles(&floquet.velocities));
-    object.field("place_error_bound", number(one_digit_up(state_error)));
+    object.field("place_error_bound", bound(state_error));
     object.field("multipliers", array(pairs));
     object.field("multipliers_digits", array(texts.into_iter()));
-    object.field("error_bound", number(one_digit_up(floquet.error_bound())));
+    object.field("error_bound", bound(floquet.error_bound()));
     object.field("digits_error_bound", number(digits_bound));
     object.field("moduli", array(moduli));
     object.field("circle", array(places));

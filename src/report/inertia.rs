@@ -1,9 +1,9 @@
 //! Mass, centre of mass, tensors and their principal moments, as text and as JSON.
 
-use super::json::{array, lines, model_and_version, number, record, string};
+use super::json::{array, bound, error_bound, lines, model_and_version, number, record, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, counted, headed, listed, with_unit};
-use librate_core::precision::{Ball, Big, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, Big, one_digit_up_text};
 use librate_studies::inertia::{Body, Equal, Made, Moment, NamedTensor, Principal};
 
 /// Digits of a component of an axis in a table.
@@ -205,10 +205,10 @@ fn principal_json(principal: &Principal, digits: usize) -> String {
         record([
             ("moment", number(moment.value.mid_f64())),
             ("moment_digits", text.json()),
-            ("error_bound", number(one_digit_up(moment.value.mid_f64_error()))),
+            ("error_bound", error_bound(&moment.value)),
             ("digits_error_bound", number(text.bound)),
             ("axis", array(moment.axis.iter().map(|x| number(*x)))),
-            ("axis_error_bound", number(one_digit_up(moment.axis_error_bound))),
+            ("axis_error_bound", bound(moment.axis_error_bound)),
         ])
     });
     let equal = principal.equal.iter().map(|equal| {

@@ -48,16 +48,13 @@ pub(super) fn modes_with(
 ) -> String {
     let model = linearized.model();
     let equilibrium = linearized.equilibrium();
-    let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
-    let bounds = equilibrium.values.iter().map(|value| number(one_digit_up(value.mid_f64_error())));
     let mut object = Object::of_model(model);
-    object.field("equilibrium", array(values));
-    object.field("equilibrium_error_bound", array(bounds));
+    object.field("equilibrium", middles(&equilibrium.values));
+    object.field("equilibrium_error_bound", array(equilibrium.values.iter().map(error_bound)));
     object.field("stability", string(modes.stability.as_str()));
     object.field("secular", modes.secular.map_or_else(null, |secular| secular.to_string()));
     object.lines("modes", modes.modes.iter().enumerate().map(|(at, mode)| mode_object(mode, options, &more(at))));
-    let rates = || array(linearized.rates().into_iter().map(|rate| number(rate.mid_f64())));
-    object.optional("rates", model.rates.any().then(rates));
+    object.optional("rates", model.rates.any().then(|| middles(&linearized.rates())));
     object.optional("normalization", (modes.normalization == Normalization::Largest).then_some("\"max\""));
     object.optional("gyroscopically_stabilised", modes.gyroscopically_stabilised.then_some(true));
     object.optional("point_group", modes.point_group.as_deref().map(string));
@@ -79,7 +76,7 @@ fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
     object.field("omega_squared", square.map_or_else(null, |square| number(square.mid_f64())));
     object.field("growth", number(mode.growth.mid_f64()));
     object.field("growth_digits", growth.json());
-    object.field("error_bound", number(one_digit_up(error)));
+    object.field("error_bound", bound(error));
     object.field("digits_error_bound", number(omega.bound.max(growth.bound)));
     object.field("kind", string(mode.kind.as_str()));
     if let Some([ratio, quality]) = damping(mode, options.digits) {
@@ -98,9 +95,9 @@ fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
             }
         });
         object.field("vector", array(components));
-        object.field("vector_error_bound", number(one_digit_up(mode.vector_error_bound)));
+        object.field("vector_error_bound", bound(mode.vector_error_bound));
         let bounds = &mode.component_error_bounds;
-        let all = || array(bounds.iter().map(|bound| number(one_digit_up(*bound))));
+        let all = || array(bounds.iter().copied().map(bound));
         object.optional("component_error_bounds", (!bounds.is_empty()).then(all));
     }
     if let Some(own) = &mode.uncertainty {
@@ -503,6 +500,21 @@ pub(super) fn string(text: &str) -> String {
 /// An array of strings.
 pub(super) fn strings(texts: impl IntoIterator<Item = impl AsRef<str>>) -> String {
     array(texts.into_iter().map(|text| string(text.as_ref())))
+}
+
+/// Numbers known to some digits, as doubles.
+pub(super) fn middles<'a>(values: impl IntoIterator<Item = &'a Ball>) -> String {
+    array(values.into_iter().map(|value| number(value.mid_f64())))
+}
+
+/// A bound of an error.
+pub(super) fn bound(size: f64) -> String {
+    number(one_digit_up(size))
+}
+
+/// That of the double for a number.
+pub(super) fn error_bound(value: &Ball) -> String {
+    bound(value.mid_f64_error())
 }
 
 pub(super) fn array(items: impl Iterator<Item = String>) -> String {

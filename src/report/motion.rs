@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
-use super::json::{Object, array, null, number, record, string};
+use super::json::{Object, array, error_bound, middles, null, number, record, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{common, counted, csv_text, shown_unit, with_unit};
 use librate_core::model::Model;
-use librate_core::precision::{Ball, decimal, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, decimal, one_digit_up_text};
 use librate_studies::motion::{Start, Trajectory};
 
 /// More curves than this tell nobody anything.
@@ -100,17 +100,16 @@ pub fn motion_json(model: &Model, trajectory: &Trajectory, digits: usize) -> Str
     object.field("steps", trajectory.steps);
     object.field("energy_drift", trajectory.energy_drift.map_or_else(null, number));
     object.field("constraint_drift", trajectory.constraint_drift.map_or_else(null, number));
-    object.field("times", array(trajectory.times.iter().map(|time| number(time.mid_f64()))));
+    object.field("times", middles(&trajectory.times));
     let rests: Vec<f64> = trajectory.rows.iter().map(|row| rest(row)).collect();
     let columns = columns(model).enumerate().map(|(at, name)| {
         let values = || trajectory.rows.iter().filter_map(|row| row.get(at));
-        let mut fields =
-            vec![("name", string(&name)), ("values", array(values().map(|value| number(value.mid_f64()))))];
+        let mut fields = vec![("name", string(&name)), ("values", middles(values()))];
         if trajectory.estimated {
             let texts = values().zip(&rests).map(|(value, rest)| decided(value, digits, *rest));
             let texts = texts.map(|text| if text.is_empty() { null() } else { string(&text) });
             fields.push(("digits", array(texts)));
-            let errors = values().map(|value| number(one_digit_up(value.mid_f64_error())));
+            let errors = values().map(error_bound);
             fields.push((if proved { "error_bounds" } else { "error_estimates" }, array(errors)));
         }
         record(fields)

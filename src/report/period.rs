@@ -1,10 +1,10 @@
 //! Periods of one coordinate, as text, JSON and CSV.
 
-use super::json::{Object, array, model_and_version, null, number, string};
+use super::json::{Object, array, error_bound, model_and_version, null, number, string};
 use super::plain::wrapped;
 use super::{Style, Tone, Written, csv_text, headline, nearest, nearest_bound, shown_unit};
 use librate_core::model::Range;
-use librate_core::precision::{Ball, Big, Scalar, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, Big, Scalar, one_digit_up_text};
 use librate_studies::period::{Motion, Options, Oscillator, Period, Place};
 
 /// Digits of the leading change of the frequency.
@@ -96,7 +96,7 @@ fn period_fields(object: &mut Object, oscillator: &Oscillator, found: &Period, o
     object.field("motion", string(motion));
     object.field("period", value(&found.period));
     object.field("period_digits", period.json());
-    object.field("error_bound", number(one_digit_up(found.period.mid_f64_error())));
+    object.field("error_bound", error_bound(&found.period));
     object.field("digits_error_bound", number(period.bound));
     object.field("small_amplitude_period", found.small.as_ref().map_or_else(null, value));
     let small = found.small.as_ref();

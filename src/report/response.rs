@@ -1,10 +1,10 @@
 //! Steady responses, as CSV and JSON.
 
-use super::json::{Object, array, lines, model_and_version, null, number, string};
+use super::json::{Object, array, error_bound, lines, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{Written, common, csv_text, with_unit};
 use librate_core::order::Order;
-use librate_core::precision::{Ball, one_digit_up, push_decimal, quick_decimal};
+use librate_core::precision::{Ball, push_decimal, quick_decimal};
 use librate_studies::response::{Peak, PeakKind, Peaks, Response, ResponseError, Study, Value};
 use std::ops::Range;
 
@@ -115,7 +115,8 @@ fn is_infinite(peak: &Peak) -> bool {
 #[must_use]
 pub fn peaks_json(response: &Response, peaks: &[Peaks]) -> String {
     let with_bound = |name: &str, value: Option<&Ball>| {
-        let [own, bound] = value.map_or_else(|| [null(), null()], |value| [number(value.mid_f64()), bound(value)]);
+        let [own, bound] =
+            value.map_or_else(|| [null(), null()], |value| [number(value.mid_f64()), error_bound(value)]);
         format!("\"{name}\": {own}, \"{name}_error_bound\": {bound}")
     };
     let of_peak = |peak: &Peak| {
@@ -140,10 +141,6 @@ pub fn peaks_json(response: &Response, peaks: &[Peaks]) -> String {
         )
     };
     written(head(response), response, array(peaks.iter().map(of_output)))
-}
-
-fn bound(value: &Ball) -> String {
-    number(one_digit_up(value.mid_f64_error()))
 }
 
 /// The beginning of an object.
@@ -180,8 +177,8 @@ pub fn response_json(response: &Response) -> String {
             value => known(value).0.map_or_else(null, |own| number(own.mid_f64())),
         });
         let phases = values().map(|value| known(value).1.map_or_else(null, |own| number(own.mid_f64())));
-        let amplitude_bounds = values().map(|value| known(value).0.as_ref().map_or_else(null, bound));
-        let phase_bounds = values().map(|value| known(value).1.as_ref().map_or_else(null, bound));
+        let amplitude_bounds = values().map(|value| known(value).0.as_ref().map_or_else(null, error_bound));
+        let phase_bounds = values().map(|value| known(value).1.as_ref().map_or_else(null, error_bound));
         let mut own = Object::new(",\n   ");
         own.field("coordinate", string(&output.coordinate));
         own.field("unit", output.unit.as_deref().map_or_else(null, string));
