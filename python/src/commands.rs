@@ -142,7 +142,7 @@ impl ModesArgs {
 }
 
 /// What is wanted of modes with shapes: so many digits, all of them or the lowest.
-fn options(digits_wanted: i64, lowest: Option<i64>) -> Result<Options, Failure> {
+pub(crate) fn options(digits_wanted: i64, lowest: Option<i64>) -> Result<Options, Failure> {
     let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
     options.lowest = positive("lowest", lowest)?;
     Ok(options)

@@ -18,7 +18,7 @@ use librate::tracking;
 use pyo3::prelude::*;
 
 use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
-use crate::commands::Written;
+use crate::commands::{Written, options};
 use crate::job::{Failure, Job, Model, Size, in_parallel, range};
 
 /// As many digits as a double-double holds.
@@ -52,8 +52,7 @@ pub(crate) struct SweepArgs {
 pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<Answer> {
     model.answer(py, move |job| {
         let range = range(&args.over, "write `over=\"k=0..8:17\"` or `over={\"k\": (0, 8, 17)}`")?;
-        let mut options = Options::default().digits(digits(args.digits, MOST_DIGITS)?);
-        options.lowest = positive("lowest", args.lowest)?;
+        let mut options = options(args.digits, args.lowest)?;
         options.vectors = args.vectors || args.svg;
         let threads = positive("threads", args.threads)?;
         let name = range.name().to_owned();

@@ -215,9 +215,7 @@ impl Server {
         let Some(document) = self.documents.get(uri) else {
             return Response::new_err(id, ErrorCode::InvalidParams as i32, format!("`{uri}` is not open"));
         };
-        let known = check::lock(&self.known);
-        let facts = known.get(uri).map(|own| own.facts.clone()).unwrap_or_default();
-        drop(known);
+        let facts = check::lock(&self.known).get(uri).map(|own| own.facts.clone()).unwrap_or_default();
         let at = document.lines().offset(&params["position"]);
         let answer = match method.as_str() {
             "textDocument/hover" => answers::hover(document, &facts, at),
