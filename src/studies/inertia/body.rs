@@ -1,7 +1,7 @@
 //! From the exact integrals of a body to its mass, centre of mass and tensor.
 
-use super::InertiaError;
 use super::principal::{Entries, Exact, Principal, bigs};
+use super::{InertiaError, square};
 use librate_core::expr::{ExprId, Pool};
 use librate_core::model::Constant;
 use librate_core::number::Number;
@@ -118,13 +118,11 @@ impl Integrals {
         let spread = |i: usize, j: usize| second[i][j].sub(&centre[i].mul(&first[j]));
         let trace = spread(0, 0).add(&spread(1, 1)).add(&spread(2, 2));
         // I = tr(J) 1 - J.
-        let entries = [0, 1, 2].map(|i| {
-            [0, 1, 2].map(|j| {
-                let own = spread(i, j);
-                if i == j { trace.sub(&own) } else { own.neg() }
-            })
+        let entries = square(|i, j| {
+            let own = spread(i, j);
+            if i == j { trace.sub(&own) } else { own.neg() }
         });
-        let closed: Entries = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.pool.scale(self.density, &entries[i][j])));
+        let closed: Entries = square(|i, j| self.pool.scale(self.density, &entries[i][j]));
         let mass = self.pool.scale(self.density, size);
         let mut wanted = vec![mass, self.density];
         wanted.extend(centre.iter().map(|x| self.pool.number(x.clone())));
@@ -143,7 +141,7 @@ impl Integrals {
             made,
             mass: value(0),
             centre: [0, 1, 2].map(|i| value(2 + i)),
-            tensor: [0, 1, 2].map(|i| [0, 1, 2].map(|j| value(5 + 3 * i + j))),
+            tensor: square(|i, j| value(5 + 3 * i + j)),
             principal,
         })
     }

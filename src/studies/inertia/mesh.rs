@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use dashu_int::{IBig, UBig};
 
 use super::body::{Amount, Body, Integrals, Made, Sums};
-use super::{InertiaError, stl};
+use super::{InertiaError, square, stl};
 use librate_core::groups::Groups;
 use librate_core::number::Number;
 use librate_core::precision::Big;
@@ -226,12 +226,7 @@ impl Indexed {
             return Err(InertiaError::InsideOut { volume: volume.to_decimal(6), vertex: None });
         }
         let cavities = self.check_cavities(&surface, &volumes, scale)?;
-        let second: [[Number; 3]; 3] = [0, 1, 2].map(|i| {
-            [0, 1, 2].map(|j: usize| {
-                let (low, high) = (i.min(j), i.max(j));
-                fraction(second[high][low].clone(), 5 * scale, 120)
-            })
-        });
+        let second = square(|i, j| fraction(second[i.max(j)][i.min(j)].clone(), 5 * scale, 120));
         let zero = || Box::new(Big::zero(2));
         let made = Made::Solid {
             triangles: self.triangles.len(),

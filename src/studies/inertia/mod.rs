@@ -155,7 +155,7 @@ fn of_tensor(
     }
     let symbolic = tensor.entries;
     let closed = pool.substitute(symbolic.as_flattened(), values);
-    let closed = [0, 1, 2].map(|i| [0, 1, 2].map(|j| closed[3 * i + j]));
+    let closed = square(|i, j| closed[3 * i + j]);
     let symmetric = |pool: &mut Pool, (i, j): (usize, usize)| {
         [symbolic, closed].iter().any(|entries| pool.agree(entries[i][j], entries[j][i]))
     };
@@ -188,9 +188,14 @@ fn of_tensor(
         span: tensor.span,
         unit: tensor.unit.clone(),
         rotational: tensor.rotational,
-        entries: [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(3 * i + j))),
+        entries: square(|i, j| entry(3 * i + j)),
         principal,
     }))
+}
+
+/// The nine entries of a tensor, row by row.
+fn square<T>(mut entry: impl FnMut(usize, usize) -> T) -> [[T; 3]; 3] {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
 }
 
 fn parameter(model: &Model, symbol: Symbol) -> Option<&model::Parameter> {

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::InertiaError;
+use super::{InertiaError, square};
 use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::modes::{self, Kind, ModesError, Options, PreciseProblem, Problem, Source, Spectrum};
 use librate_core::number::Number;
@@ -100,8 +100,7 @@ struct Precisely<'a> {
 
 impl Source for Precisely<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
-        let mass =
-            [0, 1, 2].map(|column| [0, 1, 2].map(|row| if row == column { Big::one(bits) } else { Big::zero(bits) }));
+        let mass = square(|row, column| if row == column { Big::one(bits) } else { Big::zero(bits) });
         let vectors = self.kernel.iter().map(|v| values(self.pool, v, bits));
         Some(PreciseProblem {
             dimension: 3,
@@ -289,12 +288,10 @@ fn minor(pool: &mut Pool, [a, b, c, d]: [ExprId; 4]) -> ExprId {
 
 /// The matrix of cofactors.
 fn adjugate(pool: &mut Pool, e: &Entries) -> Entries {
-    [0, 1, 2].map(|i| {
-        [0, 1, 2].map(|j| {
-            // Cyclic rows and columns carry the sign with them.
-            let (r, s, u, v) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
-            minor(pool, [e[r][u], e[s][v], e[r][v], e[s][u]])
-        })
+    square(|i, j| {
+        // Cyclic rows and columns carry the sign with them.
+        let (r, s, u, v) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+        minor(pool, [e[r][u], e[s][v], e[r][v], e[s][u]])
     })
 }
 
