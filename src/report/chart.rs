@@ -64,10 +64,9 @@ pub fn chart_svg(chart: &Chart, rows: &[Vec<Place>]) -> String {
     let mut cells = Vec::new();
     for (a, row) in first.iter().zip(rows) {
         let mut from = 0;
-        while from < row.len() {
-            let own = shade(&row[from]);
-            let to = from + row[from..].iter().take_while(|place| shade(place) == own).count();
-            if let (Some(shade), Some(low), Some(high)) = (own, second.get(from), second.get(to - 1)) {
+        for alike in row.chunk_by(|own, next| shade(own) == shade(next)) {
+            let to = from + alike.len();
+            if let (Some(shade), Some(low), Some(high)) = (shade(&alike[0]), second.get(from), second.get(to - 1)) {
                 let corners = [[a - 0.5 * across, low - 0.5 * up], [a + 0.5 * across, high + 0.5 * up]];
                 cells.push(Cell { corners, shade });
             }

@@ -187,11 +187,10 @@ impl Exact<'_> {
             .collect();
         let mut equal: Vec<Equal> = Vec::new();
         let mut from = 0;
-        while from < spectrum.modes.len() {
-            let number = spectrum.modes[from].cluster;
-            let count = spectrum.modes[from..].iter().take_while(|mode| mode.cluster == number).count();
+        for modes in spectrum.modes.chunk_by(|a, b| a.cluster == b.cluster) {
+            let count = modes.len();
             if count > 1 {
-                let zero = spectrum.modes[from].kind == Kind::Zero;
+                let zero = modes[0].kind == Kind::Zero;
                 equal.push(Equal {
                     moments: from..from + count,
                     proved: zero || self.are_equal(count),
