@@ -29,7 +29,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let asked = |chapter: &str| !linear.is_conservative() || names.only.is_some() && names.shows(chapter);
     if asked("characteristic") || asked("exponents") {
         let all = own.characteristic.as_ref().filter(|_| names.shows("characteristic"));
-        if let Some(equation) = all.map(|all| characteristic_text(derivation, all, s)) {
+        if let Some(equation) = all.map(|all| characteristic_text(derivation, all, &s)) {
             let is_long = equation.len() > MOST_CHARACTERS;
             let title = if is_long {
                 "the characteristic equation, too long for a page, is in the JSON"
@@ -40,7 +40,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         }
         let only = linear.is_conservative() && asked("exponents");
         let undamped = !only && linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
-        let omega = unused(names, &["omega", "w", "Omega"]);
+        let omega = &names.names.omega;
         // Of a conjugate pair the one with the positive imaginary part comes first.
         let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
         let mut lines = Vec::new();
@@ -67,7 +67,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
                 if many > 1 {
                     remark.push_str(&format!(", {many} times"));
                 }
-                format!("{s} = {}", exponent_text(pool, exponent, imaginary_unit(names)))
+                format!("{s} = {}", exponent_text(pool, exponent, &imaginary_unit(names)))
             };
             if shown && text.len() <= MOST_IN_FORM {
                 lines.push(Line::Formula(text, remark));
@@ -173,7 +173,7 @@ fn compared(pool: &mut Pool, positive: ExprId) -> [String; 3] {
 }
 
 /// The letter for the imaginary unit: `i`, unless that is a symbol of the model.
-pub(super) fn imaginary_unit(names: &Derivation) -> &'static str {
+pub(super) fn imaginary_unit(names: &Derivation) -> String {
     // Expressions that the model names are written out where it stands.
     let is_symbol = |name: &str| names.symbols.keys().any(|own| own.split('[').next() == Some(name));
     first_free(&["i", "j", "I"], is_symbol)

@@ -194,12 +194,12 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
         let ranges = series.numbers.iter();
         let ranges = ranges.map(|(name, angles)| format!("`{name}` = {}..{}", angles.first, angles.last));
         let remark = format!(", {}", ranges.collect::<Vec<_>>().join(", "));
-        lines.push(Line::Formula(format!("omega^2 = {value}"), remark));
+        lines.push(Line::Formula(format!("{}^2 = {value}", derivation.names.omega), remark));
     }
     if is_listed {
         lines.extend(alone(case).map(|frequency| {
             let value = derivation.pool.display(frequency.omega_squared);
-            Line::Formula(format!("omega^2 = {value}"), remark(frequency))
+            Line::Formula(format!("{}^2 = {value}", derivation.names.omega), remark(frequency))
         }));
     }
     lines.extend(case.solved.iter().flat_map(|solved| solved_lines(derivation, case, solved)));
@@ -247,7 +247,7 @@ fn solved_lines(derivation: &Derivation, case: &Case, solved: &Solved) -> Vec<Li
         });
         let remark: String = numbers.chain([own.to_owned()]).collect();
         let sum = sum_text(formula.terms.iter().map(|term| pool.display(*term)));
-        Line::Formula(format!("omega^2 = {sum}"), remark)
+        Line::Formula(format!("{}^2 = {sum}", derivation.names.omega), remark)
     });
     formulas.chain(abbreviation_lines(derivation, &solved.abbreviations)).collect()
 }
@@ -270,7 +270,7 @@ fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) -> Vec<Line
         coordinates.map(|(name, sum)| Line::plain(format!("{name} = {}", derivation.displaced_text(sum)))).collect();
     lines.extend(abbreviation_lines(derivation, &normal.abbreviations));
     let lagrangian = derivation.displaced_text(&normal.lagrangian);
-    let name = &normal.lagrangian_name;
+    let name = &derivation.names.energies[0];
     lines.push(Line::plain(format!("{name} = {lagrangian}")));
     lines
 }
@@ -297,7 +297,7 @@ fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<Line> {
             .push(format!("1/2*sum({}, {normal}[{own}]'^2 - {omega}[{own}]^2*{normal}[{own}]^2)", ranges(&numbers)));
     }
     if !lines.is_empty() {
-        let name = unused(derivation, &["L", "lagrangian"]);
+        let name = &derivation.names.energies[0];
         lines.push(Line::plain(format!("{name} = {}", lagrangian.join(" + "))));
     }
     lines
@@ -355,14 +355,15 @@ fn displacement_lines(derivation: &Derivation, waves: &NormalWaves) -> Vec<Line>
 }
 
 /// The first of some names that the model does not have.
-pub(super) fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
+pub(super) fn unused(derivation: &Derivation, names: &[&str]) -> String {
     first_free(names, |name| derivation.own_names().any(|own| own == name))
 }
 
-/// The first of some names that is not taken, or the last.
-pub(super) fn first_free<'a>(names: &[&'a str], is_taken: impl Fn(&str) -> bool) -> &'a str {
-    let free = names.iter().find(|name| !is_taken(name));
-    free.or(names.last()).copied().unwrap_or_default()
+/// The first of some names that is not taken, or of the first of them with a number.
+pub(super) fn first_free(names: &[&str], is_taken: impl Fn(&str) -> bool) -> String {
+    let numbered = (0..).map(|number| format!("{}_{number}", names.first().unwrap_or(&"")));
+    let mut all = names.iter().map(ToString::to_string).chain(numbered);
+    all.find(|name| !is_taken(name)).unwrap_or_default()
 }
 
 /// `x[n]`, where the coordinates along a chain are x[1], x[2], …; `x[n + 2]` where they begin with x[3]; of a net `z[m, n]`.

@@ -164,7 +164,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
                 Conserved::Energy { .. } => text(&energy.function),
             };
             let name = match quantity {
-                Conserved::Energy { .. } => "h".to_owned(),
+                Conserved::Energy { .. } => derivation.names.energies[1].clone(),
                 Conserved::Momentum(i) => derivation.names.of(Motion::Momentum(*i)),
                 Conserved::Motion { momenta: sum, .. } | Conserved::Integral { value: sum, .. } => derivation.text(sum),
             };
@@ -284,7 +284,7 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     let own_pool = &mut page.pool.clone();
     let exponents = found.exponents.iter().map(|own| {
         let mut entry = Object::new(", ");
-        entry.field("exponent", string(&exponent_text(own_pool, own, imaginary_unit(whole))));
+        entry.field("exponent", string(&exponent_text(own_pool, own, &imaginary_unit(whole))));
         entry.field("multiplicity", own.multiplicity);
         entry.optional("damping_ratio", own.damping_ratio.map(|own| expression(page, own)));
         entry.end()

@@ -261,7 +261,7 @@ impl Page {
         if let (Some(given), Some(modes)) = (&derivation.given, &derivation.numbers)
             && derivation.shows("numbers")
         {
-            page.numbers(modes, given.has_units);
+            page.numbers(modes, given.has_units, &derivation.names.omega);
         }
         if derivation.only.is_none() {
             page.parts.iter_mut().for_each(Part::shorten);
@@ -290,7 +290,7 @@ impl Page {
     }
 
     /// The frequencies at these values; exponents where some motion grows or decays.
-    fn numbers(&mut self, modes: &NormalModes, has_units: bool) {
+    fn numbers(&mut self, modes: &NormalModes, has_units: bool, letter: &str) {
         let are_frequencies = modes.modes.iter().all(|mode| mode.growth.is_zero());
         let is_damped = !modes.paired;
         let item = |mode: &NormalMode| {
@@ -310,9 +310,9 @@ impl Page {
         let listed = modes.modes.iter().filter(|mode| is_damped || !mode.growth.is_negative());
         let Some(items) = listed.map(item).collect::<Option<Vec<Words>>>() else { return };
         let (what, unit) = if are_frequencies {
-            ("`omega` at these values", ", in rad/s")
+            (format!("`{letter}` at these values"), ", in rad/s")
         } else {
-            ("exponents at these values", ", in 1/s")
+            ("exponents at these values".to_owned(), ", in 1/s")
         };
         self.parts.push(Part::Gap);
         self.parts.push(Part::List(format!("{what}{}", if has_units { unit } else { "" }), items));
@@ -367,7 +367,7 @@ impl Page {
                 self.parts.push(section("momenta", texts));
             }
             if derivation.shows("hamiltonian") {
-                let [function, hamiltonian] = &names.energies;
+                let [_, function, hamiltonian] = &names.energies;
                 let function = format!("{function} = {}", derivation.text(&energy.function));
                 let own = energy.hamiltonian.iter();
                 let hamiltonian = own.map(|own| format!("{hamiltonian} = {}", derivation.text(own)));
@@ -381,7 +381,7 @@ impl Page {
                 let because = conserved_because(quantity, names);
                 match quantity {
                     Conserved::Energy { is_total: true } => Line::Words(format!("the energy `T` + `V`: {because}")),
-                    Conserved::Energy { is_total: false } => Line::Words(format!("`h`: {because}")),
+                    Conserved::Energy { is_total: false } => Line::Words(format!("`{}`: {because}", names.energies[1])),
                     Conserved::Momentum(i) => Line::Item(names.of(Motion::Momentum(*i)), because),
                     Conserved::Motion { momenta: sum, .. } | Conserved::Integral { value: sum, .. } => {
                         Line::Item(derivation.text(sum), because)
@@ -550,11 +550,12 @@ fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
 
 /// Why something is conserved, in words.
 pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> Words {
+    let [lagrangian, function, _] = &names.energies;
     match quantity {
-        Conserved::Motion { motion, .. } => format!("{motion} leaves `L` unchanged"),
+        Conserved::Motion { motion, .. } => format!("{motion} leaves `{lagrangian}` unchanged"),
         Conserved::Momentum(i) => {
             let name = names.coordinates.get(*i).map_or("", String::as_str);
-            format!("`{name}` is cyclic, only its velocity occurs in `L`")
+            format!("`{name}` is cyclic, only its velocity occurs in `{lagrangian}`")
         }
         Conserved::Integral { coordinate, .. } => {
             format!(
@@ -562,8 +563,10 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> Words {
                 names.coordinates.get(*coordinate).map_or("", String::as_str)
             )
         }
-        Conserved::Energy { is_total: true } => "the time does not occur in `L`".to_owned(),
-        Conserved::Energy { is_total: false } => "the time does not occur in `L`; `h` is not `T` + `V`".to_owned(),
+        Conserved::Energy { is_total: true } => format!("the time does not occur in `{lagrangian}`"),
+        Conserved::Energy { is_total: false } => {
+            format!("the time does not occur in `{lagrangian}`; `{function}` is not `T` + `V`")
+        }
     }
 }
 

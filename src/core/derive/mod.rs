@@ -488,8 +488,9 @@ fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
     let displaced = |name: &String| if at_zero { name.clone() } else { format!("{displacement}_{name}") };
     let displacements = coordinates.iter().map(displaced).collect();
     let normal = model.unused_name(&["Q", "eta", "xi", "zeta"]);
-    let energies = [["h", "E", "energy"], ["H", "Ham", "hamiltonian"]].map(|names| model.unused_name(&names));
-    Names { displacements, momentum, normal, energies, named: model.named.clone(), coordinates }
+    let energies = [["L", "lagrangian"], ["h", "E"], ["H", "Ham"]].map(|names| model.unused_name(&names));
+    let omega = model.unused_name(&["omega", "Omega", "w"]);
+    Names { displacements, momentum, normal, energies, omega, named: model.named.clone(), coordinates }
 }
 
 impl Derivation {

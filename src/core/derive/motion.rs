@@ -76,8 +76,10 @@ pub struct Names {
     pub momentum: String,
     /// The family of the normal coordinates: `Q`, if the model has no such name.
     pub normal: String,
-    /// The energy function and the Hamiltonian: `h` and `H`, if the model has no such names.
-    pub energies: [String; 2],
+    /// The Lagrangian, the energy function and the Hamiltonian: `L`, `h` and `H`, if the model has no such names.
+    pub energies: [String; 3],
+    /// A frequency: `omega`, if the model has no such name.
+    pub omega: String,
     /// What the model calls expressions of its own.
     pub named: Vec<String>,
 }

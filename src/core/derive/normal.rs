@@ -33,8 +33,6 @@ pub struct NormalCoordinates {
     pub lagrangian: MotionSum,
     /// What is not written out in `coordinates`.
     pub abbreviations: Vec<Abbreviation>,
-    /// What L is called there: `L`, if the model has no such name.
-    pub lagrangian_name: String,
     /// The family of the frequencies: `omega`, if the model has no such name.
     pub omega: String,
 }
@@ -119,7 +117,6 @@ pub(super) fn normal_coordinates(
         modes,
         coordinates,
         lagrangian: page.lagrangian(pool, &shapes),
-        lagrangian_name: model.unused_name(&["L", "lagrangian"]),
         abbreviations: page.abbreviations(pool),
         omega: page.omega,
     })
