@@ -42,7 +42,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         let undamped = !only && linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
         let omega = &names.names.omega;
         // Of a conjugate pair the one with the positive imaginary part comes first.
-        let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
+        let shown = names.shows("frequencies") || names.shows("exponents");
         let mut lines = Vec::new();
         let mut is_long = false;
         let mut told: Vec<&ClosedExponent> = Vec::new();
@@ -108,7 +108,8 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     } else if !open.is_empty() {
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
         if texts.len() <= MOST_CONDITIONS && texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
-            let special = if all.iter().any(|own| own.role == Role::Special) { SPECIAL } else { "" };
+            let is_special = |own: &StabilityCondition| own.role == Role::Special && own.open.is_some();
+            let special = if all.iter().any(is_special) { SPECIAL } else { "" };
             parts.push(section(&format!("stable while{with}{special}"), texts));
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));

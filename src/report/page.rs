@@ -436,7 +436,9 @@ impl Page {
             self.parts.push(Part::List("assumed below, as at the values of the parameters".to_owned(), signs));
         }
         if let Some(part) = linear.second_order.as_ref().filter(|_| whole.shows("linearized")) {
-            self.second_order(derivation, part, potential_name(whole));
+            // The part of T that is linear in the velocities is in G.
+            let kinetic = if linear.gyroscopic.is_some() { "T2" } else { "T" };
+            self.second_order(derivation, part, [kinetic, potential_name(whole)]);
         }
         let both = [("mass matrix", "M", &linear.mass), ("stiffness matrix", "K", &linear.stiffness)];
         for (title, letter, rows) in both.into_iter().chain(linear.others()) {
@@ -453,7 +455,7 @@ impl Page {
         self.parts.extend(exponent_parts(derivation, linear, whole));
     }
 
-    fn second_order(&mut self, derivation: &Derivation, part: &SecondOrder, potential: &str) {
+    fn second_order(&mut self, derivation: &Derivation, part: &SecondOrder, [kinetic, potential]: [&str; 2]) {
         let names = &derivation.names;
         if names.displacements != names.coordinates {
             let pairs = names.displacements.iter().zip(&names.coordinates);
@@ -461,9 +463,9 @@ impl Page {
             self.parts.push(Part::List("displacements from it".to_owned(), ends(items.collect())));
         }
         if names.coordinates.len() <= MOST_FOR_ENERGIES && !part.kinetic.terms.is_empty() {
-            let kinetic = format!("T = {}", derivation.displaced_text(&part.kinetic));
-            let own = format!("{potential} = {}", derivation.displaced_text(&part.potential));
-            self.parts.push(section(&format!("`T` and `{potential}` to second order"), [kinetic, own]));
+            let both = [(kinetic, &part.kinetic), (potential, &part.potential)];
+            let texts = both.map(|(name, sum)| format!("{name} = {}", derivation.displaced_text(sum)));
+            self.parts.push(section(&format!("`{kinetic}` and `{potential}` to second order"), texts));
         }
     }
 

@@ -432,7 +432,7 @@ fn steady_motions_are_told_with_their_rates() {
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let page = librate::report::derive_text(&derivation, &librate::report::Style::default());
     assert!(page.contains("steady motion: φ̇ = W"), "{page}");
-    assert!(page.contains("T and V - T₀ to second order"), "{page}");
+    assert!(page.contains("T₂ and V - T₀ to second order"), "{page}");
     let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
     assert_eq!(json["rates"], serde_json::json!({"phi": "W"}));
 }

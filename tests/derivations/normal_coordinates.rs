@@ -304,7 +304,7 @@ fn names_of_the_model_are_left_alone() {
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let linear = derivation.linear.as_ref().unwrap();
     let normal = linear.frequencies.as_ref().unwrap().best().normal.as_ref().unwrap();
-    assert_eq!(normal.lagrangian_name, "lagrangian");
+    assert_eq!(derivation.names.energies[0], "lagrangian");
     assert_eq!(normal.omega, "Omega");
     assert_eq!(derivation.displaced_text(&normal.coordinates[0]), "B[1]*eta[1] + B[2]*eta[2]");
     assert_eq!(derivation.displaced_text(&normal.coordinates[1]), "b[1]*B[1]*eta[1] + b[2]*B[2]*eta[2]");

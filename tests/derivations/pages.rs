@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 
 use common::{load, model_files};
 use librate::derive::{Derivation, Parts, derive};
-use librate::model::Settings;
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::report::{Style, derive_html, derive_text, derive_typst};
 use roxmltree::Document;
 use unicode_width::UnicodeWidthStr;
@@ -120,6 +120,42 @@ fn html_and_typst_have_what_the_page_has() {
 }
 
 /// The page begins with what the file says and ends with numbers.
+/// What a page calls by a letter has another one where the model has this letter.
+#[test]
+fn letters_of_a_page_are_none_of_the_model() {
+    let page = |model: &str, lines: &[&str]| {
+        let file = librate::syntax::parse(model).unwrap();
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+        let mut derivation = derive(&model, &Parts::all().numbers(true)).unwrap();
+        derivation.put_given(&file, &Settings::new(), &model);
+        let text = derive_text(&derivation, &Style::default());
+        for line in lines {
+            assert!(text.lines().any(|own| own.trim().starts_with(line)), "{line}:\n{text}");
+        }
+    };
+    page(
+        "param g = 9.81, R = 1/5, omega = 3  coord th  T = 1/2*R^2*(th'^2 + omega^2*sin(th)^2)  V = -g*R*cos(th)",
+        &["Ω² = ─ - ω²", "Ω at these values: 6.328506933"],
+    );
+    page(
+        "param m = 1, g = 1, h = 1, W = 1, H = 1  coord x  T = 1/2*m*(x'^2 + W^2*x^2)  V = H*m*g*x^2/h",
+        &["E: the time does not occur in L; E is not T + V", "momenta"],
+    );
+    page(
+        "param L = 1, M = 1/2, F = 1/10  coord a, b  lagrangian = 1/2*L*(a'^2 + b'^2) + M*a'*b' - 1/2*(a^2 + b^2)
+         dissipation = 1/2*F*a'^2",
+        &["lagrangian = ½ L (", "dissipation = ½ F ", "p_a = L "],
+    );
+    page(
+        "param s = 1, lambda = 2, sigma = 1/10  coord x  T = 1/2*s*x'^2  V = 1/2*lambda*x^2  dissipation = 1/2*sigma*x'^2",
+        &["s s₀² + σ s₀ + λ = 0"],
+    );
+    page(
+        "param B = 1, k = 2  coord x, y  lagrangian = 1/2*(x'^2 + y'^2) + B*x*y' - 1/2*k*(x^2 + y^2)",
+        &["T₂ and V to second order", "T₂ = ½ ("],
+    );
+}
+
 #[test]
 fn what_is_given_stands_first() {
     let text = "param N = 2  param g : m/s^2 = 9.81  param l[1..2] : cm = [50, 1e2]  param m[i in 1..N] : kg = 2

@@ -147,7 +147,7 @@ impl Sign {
             Self::Not => [r"\neg", "not", "¬", "not"],
             Self::And => [r"\land", "and", "∧", "and"],
             Self::Or => [r"\lor", "or", "∨", "or"],
-            Self::If => [r"\quad \text{if}", "quad \"if\"", "\u{2003}if\u{2002}", "  if"],
+            Self::If => [r"\quad \text{if }", "quad \"if\"", "\u{2003}if\u{2002}", "  if"],
         }
     }
 }
