@@ -158,7 +158,7 @@ pub(crate) enum Command {
     /// Time evolution, as CSV
     #[command(override_usage = usage("motion", &MOTIONS), long_about = about("motion"), after_help = examples("motion"))]
     Motion(Motion),
-    /// A picture of what another command answers, as SVG
+    /// A picture of the result of another command, as SVG
     #[command(long_about = about("plot"), after_help = examples("plot"))]
     Plot(Plot),
     /// A page with the modes in motion, for a browser
@@ -170,7 +170,7 @@ pub(crate) enum Command {
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
     #[command(long_about = about("inertia"), after_help = examples("inertia"))]
     Inertia(Inertia),
-    /// The matrices as files of other programs, the equations as source code
+    /// The matrices as files for other programs, the equations as source code
     #[command(override_usage = usage("export", &EXPORTS), long_about = about("export"), after_help = examples("export"))]
     Export(Export),
     /// Check a model file without computing anything
@@ -182,7 +182,7 @@ pub(crate) enum Command {
     /// What the code of an error or warning means, with an example
     #[command(long_about = about("explain"))]
     Explain(Explain),
-    /// Completions for a shell, to be saved where the shell looks for them
+    /// Completions for a shell, to be saved in the shell's completion folder
     #[command(after_help = examples("completions"))]
     Completions(Completions),
     /// A manual page, for man
@@ -191,13 +191,13 @@ pub(crate) enum Command {
     /// Put model files in canonical layout, comments kept
     #[command(long_about = about("fmt"), after_help = examples("fmt"))]
     Fmt(Fmt),
-    /// A command again each time its model is saved
+    /// Run a command again each time its model is saved
     #[command(long_about = about("watch"), after_help = examples("watch"))]
     Watch(Watch),
-    /// A model line by line, and how its frequencies move
+    /// Enter a model line by line and see how its frequencies move
     #[command(long_about = about("repl"), after_help = examples("repl"))]
     Repl(Repl),
-    /// Answer an editor: errors while you type, values, completions, renaming
+    /// Language server for editors: errors while you type, values, completions, renaming
     #[command(long_about = about("lsp"))]
     Lsp,
 }
@@ -235,13 +235,13 @@ pub(crate) struct Show {
     /// Only the K lowest modes, in the order of `modes`
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
-    /// A slider that moves this parameter, once or twice; between its values modes are interpolated
+    /// Add a slider for this parameter (may be given twice); between its values modes are interpolated
     #[arg(long, value_name = "NAME=a..b:count")]
     pub(crate) over: Vec<String>,
     /// Significant digits of the frequencies, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
-    /// Write the page into a file; without it it goes to standard output
+    /// Write the page to a file instead of standard output
     #[arg(short, long, value_name = "FILE.html")]
     pub(crate) output: Option<PathBuf>,
     /// Let the page look for a newer one beside it, as `watch` writes them
@@ -292,7 +292,7 @@ impl Plotted {
 pub(crate) struct Drawn<A: Args> {
     #[command(flatten)]
     pub(crate) args: A,
-    /// Write the picture into a file; without it it goes to standard output
+    /// Write the picture to a file instead of standard output
     // Without a long name: `--output` is a coordinate of `response`.
     #[arg(short, value_name = "FILE.svg", conflicts_with = "json")]
     pub(crate) output: Option<PathBuf>,
@@ -305,10 +305,10 @@ pub(crate) struct Modes {
     /// Only the K lowest modes, in the order printed
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
-    /// Only the modes nearest to this frequency in rad/s, as many as --count says, in the usual order
+    /// Only the --count modes nearest to this frequency in rad/s, in the usual order
     #[arg(long, value_name = "OMEGA", value_parser = frequency, requires = "count", conflicts_with = "lowest")]
     pub(crate) near: Option<f64>,
-    /// Bounds for vectors that something else computed: an array `vectors` of NumPy's, one column a mode
+    /// Bounds for mode shapes computed by another program: a NumPy array `vectors`, one column per mode
     #[arg(long, value_name = "FILE.npz", conflicts_with_all = ["lowest", "near"])]
     pub(crate) certify: Option<PathBuf>,
     /// With --near: how many modes
@@ -320,16 +320,16 @@ pub(crate) struct Modes {
     /// Frequencies only, without mode shapes
     #[arg(long)]
     pub(crate) no_vectors: bool,
-    /// What the lengths of the shapes are: x^T M x = 1, or 1 for the largest component
+    /// Normalisation of the shapes: x^T M x = 1, or largest component 1
     #[arg(long, value_parser = ["mass", "max"], value_name = "LENGTH", default_value = "mass", conflicts_with = "no_vectors")]
     pub(crate) normalize: String,
-    /// A unit for a column of frequencies beside rad/s, in the text
+    /// Add a column of frequencies in this unit to the text
     #[arg(long, value_parser = frequency_unit(), value_name = "UNIT")]
     pub(crate) unit: Option<FrequencyUnit>,
-    /// Threads, where some modes of a large model are wanted; by default as many as there are cores
+    /// Threads for some modes of a large model; by default one per core
     #[arg(long, value_name = "COUNT", value_parser = positive)]
     pub(crate) threads: Option<usize>,
-    /// Say on standard error which solver is chosen, and why
+    /// Report on standard error which solver is chosen, and why
     #[arg(long)]
     pub(crate) verbose: bool,
     /// JSON instead of text
@@ -362,7 +362,7 @@ pub(crate) struct Sweep {
     /// The i-th of n parts of the values, for job arrays: `2/10`; part 1 has the header
     #[arg(long, value_name = "I/N", value_parser = part, conflicts_with = "json")]
     pub(crate) part: Option<Part>,
-    /// Write the table into a file, or go on with one that was interrupted
+    /// Write the table to a file, or continue an interrupted one
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     pub(crate) resume: Option<PathBuf>,
     /// Threads; by default as many as there are cores
@@ -383,7 +383,7 @@ pub(crate) struct Sweep {
 pub(crate) struct DrawnSweep {
     #[command(flatten)]
     pub(crate) drawn: Drawn<Sweep>,
-    /// Of a rate of rotation: a line for each of these multiples, `1,2` (Campbell diagram)
+    /// For a rotation rate: a line for each of these multiples, `1,2` (Campbell diagram)
     #[arg(long, value_name = "ORDERS", value_delimiter = ',', value_parser = frequency)]
     pub(crate) orders: Vec<f64>,
     /// Growth against frequency instead of both over the parameter
@@ -465,10 +465,10 @@ pub(crate) struct Floquet {
 pub(crate) struct Inertia {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// Of a mesh: mass per volume; 1 if neither this nor --mass is given
+    /// For a mesh: mass per volume; 1 if neither this nor --mass is given
     #[arg(long, value_name = "RHO", conflicts_with = "mass")]
     pub(crate) density: Option<String>,
-    /// Of a mesh: the mass of the whole body
+    /// For a mesh: the mass of the whole body
     #[arg(long, value_name = "M")]
     pub(crate) mass: Option<String>,
     /// Significant digits, up to 250
@@ -484,10 +484,10 @@ pub(crate) struct Inertia {
 pub(crate) struct Motion {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// Initial values: `phi[1]=0.1, phi[1]'=0`; coordinates left out rest at the equilibrium
+    /// Initial values: `phi[1]=0.1, phi[1]'=0`; coordinates left out start at rest in the equilibrium
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     pub(crate) start: Option<String>,
-    /// A start for each row of a table, with columns named as coordinates and velocities; a column `start` in the results
+    /// A start in each row of a table, with columns named as coordinates and velocities; results have a column `start`
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["linear", "json"])]
     pub(crate) start_table: Option<PathBuf>,
     /// With --start-table: threads, by default as many as there are cores
@@ -502,7 +502,7 @@ pub(crate) struct Motion {
     /// The time at which the table ends
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, required_unless_present = "at")]
     pub(crate) until: Option<String>,
-    /// The number of rows, from t = 0 to the end: 101, for a picture 601, if not given
+    /// The number of rows, from t = 0 to the end; by default 101, for a picture 601
     #[arg(long, value_name = "N", value_parser = positive)]
     pub(crate) samples: Option<usize>,
     /// A row for each time in the column `t` of a table, in its order
@@ -530,19 +530,19 @@ pub(crate) struct Motion {
 pub(crate) struct Export {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// M.mtx, K.mtx and what there is of G, C and N in a folder, as text
+    /// M.mtx, K.mtx and, where the model has them, G, C and N in a folder, as text
     #[arg(long)]
     pub(crate) matrix_market: bool,
-    /// All in one archive of NumPy
+    /// All in one NumPy archive
     #[arg(long)]
     pub(crate) npz: bool,
-    /// M, K and what there is of G, C and N in a folder, in PETSc's binary format
+    /// M, K and, where the model has them, G, C and N in a folder, in PETSc's binary format
     #[arg(long)]
     pub(crate) petsc: bool,
     /// Functions for M, K and the accelerations, as source code
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     pub(crate) code: Option<CodeLanguage>,
-    /// The folder, which is made where there is none, or the file for --npz and --code; code goes to standard output without it
+    /// The folder, created if necessary, or the file for --npz and --code; code goes to standard output by default
     #[arg(short, long, value_name = "PATH", required_unless_present = "code")]
     pub(crate) output: Option<PathBuf>,
 }
@@ -572,7 +572,7 @@ pub(crate) struct Completions {
 
 #[derive(Debug, Args)]
 pub(crate) struct Man {
-    /// The page of a command: `modes`; without it that of librate
+    /// The page of a command, such as `modes`; by default that of librate
     #[arg(value_name = "COMMAND")]
     pub(crate) command: Option<String>,
 }
@@ -602,7 +602,7 @@ pub(crate) struct Derive {
     /// LaTeX instead of text, for a document that has the package amsmath
     #[arg(long, conflicts_with = "json")]
     pub(crate) latex: bool,
-    /// HTML with MathML instead of text, to be put into a page
+    /// HTML with MathML instead of text, for a web page
     #[arg(long, conflicts_with_all = ["json", "latex"])]
     pub(crate) html: bool,
     /// Typst instead of text: a document, or a part of one

@@ -433,7 +433,7 @@ impl Page {
     fn matrices(&mut self, derivation: &Derivation, whole: &Derivation, linear: &Linear, suffix: &str) {
         if !linear.signs.is_empty() {
             let signs = ticked(signs(derivation, &linear.signs));
-            self.parts.push(Part::List("assumed below, as at the values of the parameters".to_owned(), signs));
+            self.parts.push(Part::List("assumed below, from the values of the parameters".to_owned(), signs));
         }
         if let Some(part) = linear.second_order.as_ref().filter(|_| whole.shows("linearized")) {
             // The part of T that is linear in the velocities is in G.

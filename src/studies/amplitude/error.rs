@@ -9,16 +9,16 @@ use librate_core::model::Feature;
 fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
-            "the change of frequencies with the amplitude is not computed for energies with the time in them",
-            "terms that the equations of motion do without may be left out; `motion` integrates a driven model",
+            "the change of frequencies with the amplitude is not computed for energies that contain the time",
+            "leave out terms that have no effect on the equations of motion; `motion` integrates a driven model",
         ],
         Feature::Dissipation => [
             "friction dissipates energy: the amplitude is not constant",
             "without this line the model has the frequencies without friction",
         ],
         Feature::Force => [
-            "a force acts that no energy gives: the amplitude need not be constant",
-            "a force that has a potential belongs into V; `motion` integrates the others",
+            "a generalised force acts: the amplitude need not be constant",
+            "write a force with a potential into V; `motion` integrates the others",
         ],
         Feature::Constraint => [
             "the change of frequencies with the amplitude is not computed for models with constraints",

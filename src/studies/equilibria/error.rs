@@ -65,14 +65,14 @@ Error EquilibriaError {
 
     /// Forces that can't be written out.
     #[error("the forces on a model at rest are not defined")]
-    "E0725" NoForces {} => nowhere().with_help("is there friction without a value at rest, as a velocity divided by its absolute value?"),
+    "E0725" NoForces {} => nowhere().with_help("is there friction that is undefined at rest, such as a velocity divided by its absolute value?"),
 
     /// A parameter on which it depends how many coordinates or terms there are.
-    #[error("`{parameter}` can't vary: it sets how many there are of something")]
+    #[error("`{parameter}` can't vary: it sets the range of an index")]
     "E0726" SetsRanges {
         /// The parameter.
         parameter: String,
-    } => nowhere().with_help("branches are followed over a parameter that forces depend on smoothly"),
+    } => nowhere().with_help("branches are followed over a parameter on which the forces depend smoothly"),
 
     /// More values than are examined.
     #[error("{values} values of the parameter are too many")]

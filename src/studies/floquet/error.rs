@@ -59,7 +59,7 @@ Error FloquetError {
         /// Where the time occurs.
         energy: Span,
     } => at(*span, "given here").with_secondary(*energy, "contains the time")
-        .with_help("without the statement, or with `guess` in its place, the periodic motion near this point is searched for"),
+        .with_help("remove the statement or replace it by `guess`: then the periodic motion near this point is searched for"),
 
     /// The search for a periodic motion led nowhere.
     #[error("no periodic motion was found: {reason}")]
@@ -81,7 +81,7 @@ Error FloquetError {
     /// Equations that have no value.
     #[error("the equations of motion are not defined")]
     "E0708" NotDefined(span) => at(*span, "contains the time").with_help(
-        "every coordinate needs a kinetic energy of its own; is a term of T missing, or is there a division by zero?",
+        "every coordinate needs a kinetic energy; is a term of T missing, or is there a division by zero?",
     ),
 
     /// A feature of the language that multipliers do not cover.

@@ -11,15 +11,15 @@ use librate_core::span::Span;
 fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
-            "the energies contain the time: the period is computed from an energy that is conserved",
-            "leave out what the equations of motion do without; `motion` integrates the others",
+            "the energies contain the time, but the period is computed from a conserved energy",
+            "leave out terms that have no effect on the equations of motion; `motion` integrates the others",
         ],
         Feature::Dissipation => [
             "friction dissipates energy: no motion of this model is periodic",
             "without this line the model has the period without friction; `modes` computes the damped oscillations",
         ],
         Feature::Force => [
-            "a force acts that no energy gives: energy is not conserved",
+            "a generalised force acts: energy is not conserved",
             "a force of the coordinate alone has a potential: write it into V; `motion` integrates the others",
         ],
         Feature::Constraint | Feature::Rolling => {
@@ -27,7 +27,7 @@ fn words(feature: Feature) -> [&'static str; 2] {
         }
         Feature::SteadyMotion => [
             "a steady motion has no period of one coordinate",
-            "the momentum p of what turns is constant: remove the coordinate and its velocity, and add p^2/(2*I) to V, with the inertia I of the rotation, such as m*r^2",
+            "the momentum p of the rotation is constant: remove the coordinate and its velocity, and add p^2/(2*I) to V, with the inertia I of the rotation, such as m*r^2",
         ],
     }
 }
@@ -126,7 +126,7 @@ Error PeriodError {
     } => nowhere().with_help(if *maximum {
         "the equilibrium is a maximum of the potential: give a point in the intended well with `guess`"
     } else {
-        "the energy is E = T + V with V as the model writes it"
+        "the energy is E = T + V with V as written in the model"
     }),
 
     /// The equilibrium is a maximum, and the motion does not pass it.

@@ -30,7 +30,7 @@ Error ResponseError {
     ),
 
     /// A force is given beside one that the model has.
-    #[error("this model contains the time, beside the force on `{input}`")]
+    #[error("this model already contains the time, in addition to the force on `{input}`")]
     "E1103" DrivenAlready(span) {
         /// The coordinate the force is to act on.
         input: String,
@@ -96,7 +96,7 @@ Error ResponseError {
     "E1110" EmptyRange {
         /// Both of its ends.
         range: String,
-    } => nowhere().with_help("give the frequencies between which peaks are wanted: `--over omega=0..20`"),
+    } => nowhere().with_help("give the range of frequencies to search for peaks: `--over omega=0..20`"),
 
     /// Too much to write out.
     #[error("{coordinates} coordinates with {terms} terms are too many for the response to the model's own drive")]
