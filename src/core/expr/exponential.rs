@@ -6,9 +6,8 @@
 use super::angle::Triangle;
 use super::modular::root_of_unity;
 use super::point::{Kind, Point, Tag, random, residue, signed_power};
-use super::{ExprId, Function, Node, ONE, PI, add_mod, inverse_mod, mul_mod, pow_mod, sub_mod};
+use super::{ExprId, Function, Node, ONE, PI, add_mod, collect_equal, inverse_mod, mul_mod, pow_mod, sub_mod};
 use crate::number::Number;
-use crate::order::Order;
 
 /// Monomials up to which the product of sums in an angle is multiplied out.
 const MAX_MONOMIALS: usize = 256;
@@ -30,28 +29,19 @@ impl Point<'_> {
                 }
             }
         }
-        monomials.put_in_order();
+        self.certainty.random_function |= self.plan.coarse && !monomials.is_empty();
+        collect_equal(&mut monomials);
         let (tag, common) = match kind {
             Kind::Circular => (Tag::Angle, self.plan.angle_denominator),
             Kind::Hyperbolic => (Tag::Exponent, self.plan.exponent_denominator),
         };
-        let mut rest = monomials.into_iter().peekable();
-        while let Some((value, mut coefficient)) = rest.next() {
-            while let Some((_, more)) = rest.next_if(|(next, _)| *next == value) {
-                coefficient = coefficient.add(&more);
-            }
+        for (value, coefficient) in monomials {
             let Some((numerator, denominator)) = coefficient.small_parts() else {
                 self.certainty.random_function = true;
                 let scaled = mul_mod(value, residue(&coefficient)?);
                 product = mul_mod(product, random(self.seed, tag, scaled, 0));
                 continue;
             };
-            if self.plan.coarse {
-                self.certainty.random_function = true;
-            }
-            if numerator == 0 {
-                continue;
-            }
             let (base, factor) = if common.is_multiple_of(denominator) {
                 (random(self.seed, tag, value, common), common / denominator)
             } else {

@@ -472,13 +472,9 @@ impl Pool {
         if work.roots.is_empty() {
             return Ok(());
         }
-        work.roots.put_in_order();
+        collect_equal(&mut work.roots);
         let mut by_exponent: Vec<(Number, Number)> = Vec::new();
-        let mut roots = work.roots.drain(..).peekable();
-        while let Some((prime, mut exponent)) = roots.next() {
-            while let Some((_, more)) = roots.next_if(|(next, _)| *next == prime) {
-                exponent = exponent.add(&more);
-            }
+        for (prime, exponent) in work.roots.drain(..) {
             let whole = exponent.floor();
             let fraction = exponent.sub(&whole);
             multiply_whole_power(&prime, &whole, coefficient)?;
@@ -486,15 +482,10 @@ impl Pool {
                 by_exponent.push((fraction, prime));
             }
         }
-        drop(roots);
         by_exponent.put_in_order();
-        let mut groups = by_exponent.into_iter().peekable();
-        while let Some((exponent, mut base)) = groups.next() {
-            while let Some((_, prime)) = groups.next_if(|(next, _)| *next == exponent) {
-                base = base.mul(&prime);
-            }
-            let base = self.number(base);
-            work.settled.push((base, exponent));
+        for alike in by_exponent.chunk_by(|a, b| a.0 == b.0) {
+            let base = self.number(alike.iter().fold(Number::ONE, |base, (_, prime)| base.mul(prime)));
+            work.settled.push((base, alike[0].0.clone()));
         }
         work.settled.order_by_key(|(base, _)| *base);
         Ok(())

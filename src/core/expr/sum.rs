@@ -168,10 +168,10 @@ impl Pool {
     }
 }
 
-/// Sorts by id, adds up the coefficients (or exponents) of equal ids and drops those that are 0.
-pub(crate) fn collect_equal(items: &mut Vec<(ExprId, Number)>) {
+/// Sorts by what is multiplied (or raised), adds up the coefficients (or exponents) of equals and drops those that are 0.
+pub(crate) fn collect_equal<T: Ord>(items: &mut Vec<(T, Number)>) {
     if !items.is_sorted_by(|a, b| a.0 < b.0) {
-        items.order_by_key(|(id, _)| *id);
+        items.order_by(|a, b| a.0.cmp(&b.0));
         items.dedup_by(|later, kept| {
             let same = later.0 == kept.0;
             if same {
