@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use super::simplify::{Algebra, Monomial, Monomials, common_factor, split, times};
+use super::simplify::{Algebra, Monomial, Monomials, common_factor, split, times, written};
 use crate::expr::{ExprId, PRIME, add_mod, mul_mod, neg_mod, pow_mod};
 use crate::number::Number;
 use crate::order::Gather;
@@ -46,15 +46,12 @@ impl Algebra<'_> {
                 rest = rest.over(&own)?;
             }
             let sum = own.terms().map(|(powers, value)| {
-                let whole: Vec<(ExprId, Number)> = bases
-                    .iter()
-                    .zip(powers)
-                    .map(|((base, step), power)| (*base, step.mul(&Number::from(i64::from(*power)))))
-                    .collect();
-                (self.product_of_powers(&whole), value.clone())
+                let power = |((base, step), power): (&(ExprId, Number), &u32)| {
+                    (*base, step.mul(&Number::from(i64::from(*power))))
+                };
+                (bases.iter().zip(powers).map(power).collect::<Monomial>(), value)
             });
-            let sum: Vec<(ExprId, Number)> = sum.collect();
-            product.push((self.short(|pool| pool.linear(&sum)), Number::from(times as i64)));
+            product.push((self.short(|pool| written(pool, sum)), Number::from(times as i64)));
         }
         let number = rest.terms().next().map(|(_, value)| value.clone()).filter(|_| rest.is_constant())?;
         let product = self.product_of_powers(&product);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, times};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, times, written};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::order::Order;
@@ -211,8 +211,8 @@ impl Ring {
                 let power = Number::from(i64::from(*power));
                 monomial.push((*base, power.div(parts).unwrap_or(power)));
             }
-            terms.push((pool.product_of_powers(&monomial), coefficient.clone()));
+            terms.push((monomial, coefficient));
         }
-        pool.short(|pool| pool.linear(&terms))
+        pool.short(|pool| written(pool, terms))
     }
 }

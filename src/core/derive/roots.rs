@@ -387,7 +387,7 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
     if let Some(terms) = scaled.and_then(|scaled: Monomials| exact_root(&scaled)) {
         let size = pool.number(size);
         let size = pool.sqrt(size);
-        let value = written(pool, terms.iter().map(|(monomial, c)| (monomial, c)));
+        let value = written(pool, terms);
         return (pool.short(|pool| pool.mul(size, value)), true);
     }
     // With inner sums as they are too: (a + b)^2 below a root says more than what it is multiplied out.
@@ -432,14 +432,7 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
         }
     }
     inverse.order_by_key(|(base, _)| *base);
-    let rest: Vec<(ExprId, Number)> = terms
-        .iter()
-        .map(|(monomial, c)| {
-            let rest = times(monomial, &inverse, &Number::ONE);
-            (pool.product_of_powers(&rest), c.clone())
-        })
-        .collect();
-    let mut inside = pool.linear(&rest);
+    let mut inside = written(pool, terms.iter().map(|(monomial, c)| (times(monomial, &inverse, &Number::ONE), c)));
     if shorten {
         inside = pool.simplify(inside);
     }

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::pair::{Pair, Sparse};
-use super::simplify::{Algebra, Opening, expand, split, with_common_factor};
+use super::simplify::{Algebra, Opening, expand, split, with_common_factor, written};
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::number::Number;
 
@@ -348,14 +348,11 @@ fn fraction_with(pool: &mut Algebra<'_>, e: ExprId, opening: Opening) -> ExprId 
     if below.is_empty() {
         return e;
     }
-    let terms: Vec<(ExprId, Number)> = monomials
-        .into_iter()
-        .map(|(mut monomial, coefficient)| {
-            monomial.extend(below.iter().map(|(base, power)| (*base, power.clone())));
-            (pool.product_of_powers(&monomial), coefficient)
-        })
-        .collect();
-    let above = pool.short(|pool| pool.linear(&terms));
+    let terms = monomials.into_iter().map(|(mut monomial, coefficient)| {
+        monomial.extend(below.iter().map(|(base, power)| (*base, power.clone())));
+        (monomial, coefficient)
+    });
+    let above = pool.short(|pool| written(pool, terms));
     // What all terms have in common stands in front, even where that is no shorter.
     let mut factors = vec![(with_common_factor(pool, above), Number::ONE)];
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));

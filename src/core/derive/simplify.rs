@@ -5,6 +5,7 @@
 //! the given one stays where nothing is shorter. All steps are identities that the pool's own
 //! constructors apply as well, so that the value never changes.
 
+use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::{Deref, DerefMut};
 
@@ -207,7 +208,7 @@ impl<'a> Algebra<'a> {
         let short = self.simplify(e);
         let Some(mut monomials) = expand(self.pool, short, Opening::Outermost) else { return short };
         collapse(self.pool, &mut monomials);
-        let flat = written(self.pool, monomials.iter());
+        let flat = written(self.pool, monomials);
         let together = self.over_powers(flat);
         let together = self.simplify(together);
         if self.weight(together) < self.weight(short) { together } else { short }
@@ -240,11 +241,8 @@ impl<'a> Algebra<'a> {
             self.pool.factors(term).iter().any(|(own, power)| *own == base && power.sub(&exponent).is_integer())
         };
         let (with, without): (Vec<_>, Vec<_>) = all.into_iter().partition(|(term, _)| has(*term));
-        let terms = with.into_iter().map(|(term, coefficient)| {
-            (self.pool.product_of_powers(&[(term, Number::ONE), (base, inverse.clone())]), coefficient)
-        });
-        let terms: Vec<(ExprId, Number)> = terms.collect();
-        let above = self.pool.linear(&terms);
+        let terms = with.into_iter().map(|(term, own)| ([(term, Number::ONE), (base, inverse.clone())], own));
+        let above = written(self.pool, terms);
         let Some(mut monomials) = expand(self.pool, above, Opening::Powers) else { return e };
         collapse(self.pool, &mut monomials);
         let above = factor(self.pool, monomials.into_iter().collect(), 0);
@@ -452,8 +450,11 @@ pub(super) fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
 }
 
 /// The sum of monomials with coefficients.
-pub(super) fn written<'m>(pool: &mut Pool, terms: impl Iterator<Item = (&'m Monomial, &'m Number)>) -> ExprId {
-    let terms = terms.map(|(monomial, coefficient)| (pool.product_of_powers(monomial), coefficient.clone()));
+pub(super) fn written<M: AsRef<[(ExprId, Number)]>, C: Borrow<Number>>(
+    pool: &mut Pool,
+    terms: impl IntoIterator<Item = (M, C)>,
+) -> ExprId {
+    let terms = terms.into_iter().map(|(monomial, c)| (pool.product_of_powers(monomial.as_ref()), c.borrow().clone()));
     let terms: Vec<(ExprId, Number)> = terms.collect();
     pool.linear(&terms)
 }
@@ -471,7 +472,7 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
         }
         let best = if nested < MOST_NESTED && inner.len() > 2 { most_frequent(&inner) } else { None };
         let Some(best) = best else {
-            let value = written(pool, inner.iter().map(|(monomial, c)| (monomial, c)));
+            let value = written(pool, inner);
             sum.push(with_factor(pool, value, &common));
             break;
         };
