@@ -196,10 +196,7 @@ fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Num
             continue;
         }
         let cosine = pool.cos(x);
-        let at = monomial.binary_search_by_key(&cosine, |(base, _)| *base);
-        let Ok(at) = at else { continue };
-        let other = &monomial[at].1;
-        if !other.is_integer() || *other < one {
+        if !simplify::power_of(monomial, cosine).is_some_and(|other| other.is_integer() && *other >= one) {
             continue;
         }
         let rest = changed(monomial, &[(*base, -1), (cosine, -1)]);

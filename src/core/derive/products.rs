@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use super::simplify::{Algebra, Monomial, Monomials, common_factor, split, times, written};
+use super::simplify::{Algebra, Monomial, Monomials, common_factor, power_of, split, times, written};
 use crate::expr::{ExprId, PRIME, add_mod, mul_mod, neg_mod, pow_mod};
 use crate::number::Number;
 use crate::order::Gather;
@@ -121,10 +121,7 @@ fn as_polynomial(terms: &[(Monomial, Number)]) -> Option<InBases> {
     let all: BTreeSet<ExprId> = terms.iter().flat_map(|(monomial, _)| monomial).map(|(base, _)| *base).gather();
     let (mut common, mut bases, mut columns) = (Monomial::new(), Vec::new(), Vec::new());
     for base in all {
-        let own = terms.iter().map(|(monomial, _)| {
-            let at = monomial.binary_search_by_key(&base, |(base, _)| *base);
-            at.map_or(Number::ZERO, |at| monomial[at].1.clone())
-        });
+        let own = terms.iter().map(|(monomial, _)| power_of(monomial, base).cloned().unwrap_or_default());
         let own: Vec<Number> = own.collect();
         let least = own.iter().min()?.clone();
         let step = own.iter().fold(Number::ONE, |step, power| step.gcd(&power.sub(&least)));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, times, written};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, power_of, times, written};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::order::Order;
@@ -86,18 +86,16 @@ impl Expanded {
             for (monomial, coefficient) in std::mem::take(monomials) {
                 let monomial = times(&monomial, &factor, &Number::ONE);
                 // A sum with a power of its own is multiplied out.
-                let whole = monomial.iter().find(|(own, _)| *own == base).map(|(_, exponent)| exponent.floor());
-                match whole.filter(|whole| pool.is_sum(base) && !whole.is_zero()) {
-                    Some(_) => {
-                        let product = pool.product_of_powers(&monomial);
-                        for (monomial, own) in expand(pool, product, Opening::Powers)? {
-                            add_to(&mut new, monomial, &own.mul(&coefficient));
-                        }
-                        if new.len() > MOST_TERMS {
-                            return None;
-                        }
+                if pool.is_sum(base) && power_of(&monomial, base).is_some_and(|power| !power.floor().is_zero()) {
+                    let product = pool.product_of_powers(&monomial);
+                    for (monomial, own) in expand(pool, product, Opening::Powers)? {
+                        add_to(&mut new, monomial, &own.mul(&coefficient));
                     }
-                    None => add_to(&mut new, monomial, &coefficient),
+                    if new.len() > MOST_TERMS {
+                        return None;
+                    }
+                } else {
+                    add_to(&mut new, monomial, &coefficient);
                 }
             }
             collapse(pool, &mut new);

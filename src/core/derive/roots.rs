@@ -11,7 +11,9 @@ use super::cubic::{Solved, solve};
 use super::pair::Pair;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
-use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, split, times, with_common_factor, written};
+use super::simplify::{
+    Algebra, Monomial, Monomials, Opening, expand, power_of, split, times, with_common_factor, written,
+};
 use crate::expr::{ExprId, Node, Pool};
 use crate::model::Model;
 use crate::number::Number;
@@ -415,11 +417,8 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
     let mut common = terms.keys().cloned().reduce(|common, own| in_common(&common, &own)).unwrap_or_default();
     if !shorten {
         // A fraction that is not in all terms stays where it is.
-        let in_all = |base: &ExprId| {
-            let has = |m: &Monomial| m.binary_search_by_key(base, |(base, _)| *base).is_ok();
-            terms.keys().all(has)
-        };
-        common.retain(|(base, exponent)| in_all(base) && exponent.is_even());
+        let in_all = |base| terms.keys().all(|monomial| power_of(monomial, base).is_some());
+        common.retain(|(base, exponent)| in_all(*base) && exponent.is_even());
     }
     let mut outside = Monomial::new();
     let mut inverse = Monomial::new();
@@ -442,15 +441,9 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
 
 /// For each base the smaller power.
 fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
-    let power = |monomial: &Monomial, base: ExprId| {
-        let at = monomial.binary_search_by_key(&base, |(base, _)| *base);
-        at.ok().map_or(Number::ZERO, |at| monomial[at].1.clone())
-    };
     let bases: BTreeSet<ExprId> = a.iter().chain(b).map(|(base, _)| *base).gather();
-    let smaller = bases.into_iter().map(|base| {
-        let (a, b) = (power(a, base), power(b, base));
-        (base, if a < b { a } else { b })
-    });
+    let power = |monomial, base| power_of(monomial, base).cloned().unwrap_or_default();
+    let smaller = bases.into_iter().map(|base| (base, power(a, base).min(power(b, base))));
     smaller.filter(|(_, exponent)| !exponent.is_zero()).collect()
 }
 

@@ -520,12 +520,14 @@ fn shared(a: &Number, b: &Number) -> Option<Number> {
 pub(super) fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
     let Some(((first, _), others)) = terms.split_first() else { return Monomial::new() };
     others.iter().fold(first.clone(), |common, (monomial, _)| {
-        let shared = |(base, exponent): (ExprId, Number)| {
-            let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;
-            Some((base, shared(&exponent, &monomial[at].1)?))
-        };
+        let shared = |(base, own)| Some((base, shared(&own, power_of(monomial, base)?)?));
         common.into_iter().filter_map(shared).collect()
     })
+}
+
+/// The power of a base in a monomial that has it.
+pub(super) fn power_of(monomial: &Monomial, base: ExprId) -> Option<&Number> {
+    monomial.binary_search_by_key(&base, |(own, _)| *own).ok().map(|at| &monomial[at].1)
 }
 
 /// a times b^power.
@@ -540,7 +542,7 @@ pub(super) fn times(a: &Monomial, b: &Monomial, power: &Number) -> Monomial {
 type Side = (ExprId, bool);
 
 fn has_factor(monomial: &Monomial, (base, below): &Side) -> bool {
-    monomial.binary_search_by_key(base, |(base, _)| *base).is_ok_and(|at| monomial[at].1.is_negative() == *below)
+    power_of(monomial, *base).is_some_and(|power| power.is_negative() == *below)
 }
 
 /// The base that stands in most terms, in two at least; the oldest of several.
