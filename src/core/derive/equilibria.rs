@@ -221,18 +221,8 @@ fn size(pool: &mut Pool, checker: &Checker<'_>, e: ExprId, signs: &mut Signs) ->
     if pool.is_nonnegative(e) {
         return e;
     }
-    // A sum of terms of one sign is told by the parameters in it, one by one.
-    let symbols = pool.symbols(e);
-    let known: Option<Signs> = symbols
-        .iter()
-        .map(|symbol| {
-            let negative = checker.sign(*symbol)?;
-            Some((pool.symbol_expr(*symbol), negative))
-        })
-        .collect();
-    let Some(known) = known else { return pool.abs(e) };
-    match single_sign(pool, e, &known) {
-        Some(negative) => {
+    match sign_by_parameters(pool, checker, e) {
+        Some((negative, known)) => {
             signs.extend(known);
             if negative { pool.neg(e) } else { e }
         }
@@ -240,8 +230,16 @@ fn size(pool: &mut Pool, checker: &Checker<'_>, e: ExprId, signs: &mut Signs) ->
     }
 }
 
-/// The sign of a symbol or of a sum of products of symbols, if it follows from theirs; true for negative.
-pub(super) fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
+/// The sign of a symbol or of a sum of products of symbols, if it follows from theirs at the values; true for negative. And theirs.
+pub(super) fn sign_by_parameters(pool: &mut Pool, checker: &Checker<'_>, e: ExprId) -> Option<(bool, Signs)> {
+    let symbols = pool.symbols(e).into_iter();
+    let known = symbols.map(|symbol| Some((pool.symbol_expr(symbol), checker.sign(symbol)?)));
+    let known: Signs = known.collect::<Option<_>>()?;
+    Some((single_sign(pool, e, &known)?, known))
+}
+
+/// The same, if it follows from these.
+fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
     let of_symbol = |e: ExprId| known.iter().find(|(own, _)| *own == e).map(|(_, negative)| *negative);
     let of_term = |term: ExprId| -> Option<bool> {
         let mut negative = false;

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 use super::Linear;
 use super::characteristic::Factored;
-use super::check::{Checker, Signs, WIDEST};
-use super::equilibria::single_sign;
+use super::check::{Checker, WIDEST};
+use super::equilibria::sign_by_parameters;
 use super::frequencies::{Approximation, Case};
 use super::ring::EXPONENT;
 use super::roots::{plain_root, root, up_to_sign, with_common_bar};
@@ -213,10 +213,7 @@ impl Found<'_, '_> {
 
     /// Whether an absolute value has the sign that follows from those of the parameters.
     fn follows(&mut self, inner: ExprId) -> bool {
-        let symbols = self.pool.symbols(inner).into_iter();
-        let known: Option<Signs> =
-            symbols.map(|symbol| Some((self.pool.symbol_expr(symbol), self.checker.sign(symbol)?))).collect();
-        known.is_some_and(|known| single_sign(self.pool, inner, &known).is_some())
+        sign_by_parameters(self.pool, self.checker, inner).is_some()
     }
 
     /// Whether zeros are the same ones with the opposite of an absolute value.
@@ -232,11 +229,7 @@ impl Found<'_, '_> {
     }
 
     fn push(&mut self, (real, imaginary): Zero, multiplicity: usize, damping_ratio: Option<ExprId>) {
-        let mut all = self.own.exponents.iter_mut();
-        match all.find(|own| own.real == real && own.imaginary == imaginary) {
-            Some(same) => same.multiplicity += multiplicity,
-            None => self.own.exponents.push(ClosedExponent { real, imaginary, multiplicity, damping_ratio }),
-        }
+        self.own.add(ClosedExponent { real, imaginary, multiplicity, damping_ratio });
     }
 
     /// ± the root of a square whose sign is known at the values of the parameters.

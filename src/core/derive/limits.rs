@@ -53,8 +53,7 @@ impl Approximation {
 
 /// The coefficients of the powers of a symbol about 0, undefined from the first that does not exist.
 fn taylor(pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol, order: u32) -> Vec<ExprId> {
-    let zero = pool.zero();
-    let at_zero = Substitution::from([(symbol, zero)]);
+    let at_zero = Substitution::from([(symbol, pool.zero())]);
     let (mut derivative, mut factorial) = (e, Number::ONE);
     let coefficients = (0..=order.min(MOST_ORDERS)).map(|power| {
         if power > 0 {
@@ -175,18 +174,19 @@ impl Exponents {
         self.stability = None;
         self.approximations.push(done.clone());
     }
-}
 
-impl Exponents {
+    /// Adds an exponent, to the same one where there is one.
+    pub(super) fn add(&mut self, new: ClosedExponent) {
+        match self.exponents.iter_mut().find(|own| (own.real, own.imaginary) == (new.real, new.imaginary)) {
+            Some(same) => same.multiplicity += new.multiplicity,
+            None => self.exponents.push(new),
+        }
+    }
+
     /// Makes equal exponents one, and puts the one of a pair first that has no minus sign.
     fn merge(&mut self, pool: &mut Algebra<'_>) {
-        let mut merged: Vec<ClosedExponent> = Vec::new();
-        for own in self.exponents.drain(..) {
-            match merged.iter_mut().find(|other| (other.real, other.imaginary) == (own.real, own.imaginary)) {
-                Some(same) => same.multiplicity += own.multiplicity,
-                None => merged.push(own),
-            }
-        }
+        std::mem::take(&mut self.exponents).into_iter().for_each(|own| self.add(own));
+        let merged = &mut self.exponents;
         for at in 0..merged.len() {
             let (real, imaginary) = (merged[at].real, merged[at].imaginary);
             let opposite = pool.neg(imaginary);
@@ -195,7 +195,6 @@ impl Exponents {
                 merged.swap(at, at + other);
             }
         }
-        self.exponents = merged;
     }
 }
 
