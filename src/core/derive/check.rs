@@ -276,8 +276,7 @@ impl<'a> Checker<'a> {
                 Resolve::Angles => {
                     if value.is_positive() && Ball::PI.sub(&value).is_positive() {
                         images.insert(id, x);
-                        let pi = pool.pi();
-                        let rest = pool.sub(pi, x);
+                        let rest = pool.sub(pool.pi(), x);
                         signs.extend([sign(pool, x, false), sign(pool, rest, false)]);
                     }
                 }

@@ -197,8 +197,7 @@ fn cubic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c]: [ExprId; 3], 
     let phi = pool.apply(Function::Acos, cosine);
     let phi = names.name(pool, &["phi", "psi", "beta"], phi);
     let zero = |pool: &mut Pool, n: ExprId| {
-        let pi = pool.pi();
-        let turns = pool.mul(pi, n);
+        let turns = pool.mul(pool.pi(), n);
         let angle = pool.linear(&[(phi, ratio(1, 3)), (turns, ratio(2, 3))]);
         let cosine = pool.cos(angle);
         let product = pool.mul(size, cosine);

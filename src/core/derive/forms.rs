@@ -71,8 +71,7 @@ pub(super) fn closed_forms(
     for part in &parts {
         let own = pair.restricted(part);
         if is_free(&own) {
-            let zero = pool.zero();
-            found.add(zero, part.len(), None);
+            found.add(pool.zero(), part.len(), None);
             found.shapes.extend(small_part(pool, &own, part, request));
         } else if let Some(mut lattice) = lattice(pool, &own) {
             let symmetry = symmetry.filter(|_| named && parts.len() == 1);

@@ -279,16 +279,14 @@ impl Angles {
     /// The angle theta/2 of j.
     pub(super) fn angle(&self, pool: &mut Pool, j: i64) -> ExprId {
         let turns = Number::ratio(self.step * j + self.offset, self.divisor);
-        let pi = pool.pi();
-        pool.scale(pi, &turns.unwrap_or_default())
+        pool.scale(pool.pi(), &turns.unwrap_or_default())
     }
 
     /// The same for a symbol j.
     pub(super) fn general(&self, pool: &mut Pool, j: ExprId) -> ExprId {
         let offset = pool.integer(self.offset);
         let numerator = pool.linear(&[(j, Number::from(self.step)), (offset, Number::ONE)]);
-        let pi = pool.pi();
-        let product = pool.mul(pi, numerator);
+        let product = pool.mul(pool.pi(), numerator);
         let inverse = Number::ratio(1, self.divisor).unwrap_or_default();
         pool.scale(product, &inverse)
     }

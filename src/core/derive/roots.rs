@@ -157,10 +157,7 @@ fn named(
     if written <= MOST_FOR_TWO {
         return roots;
     }
-    let [others @ .., leading] = rest else { return roots };
-    if others.len() != 2 {
-        return roots;
-    }
+    let ([others @ .., leading], 3) = (rest, rest.len()) else { return roots };
     let sums = sums_of_products(pool, others, *leading);
     let found = solve(pool, request.model, &sums, before);
     if let Some((weight, mut solved)) = found
@@ -174,17 +171,9 @@ fn named(
 }
 
 /// The zeros that are 0, and the coefficients without them.
-fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (Vec<ExprId>, &'a [ExprId]) {
-    let mut zeros = Vec::new();
-    let mut rest = coefficients;
-    while let [first, others @ ..] = rest
-        && !others.is_empty()
-        && pool.vanishes(*first)
-    {
-        zeros.push(*first);
-        rest = others;
-    }
-    (zeros, rest)
+fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (&'a [ExprId], &'a [ExprId]) {
+    let before_last = coefficients.iter().take(coefficients.len().saturating_sub(1));
+    coefficients.split_at(before_last.take_while(|own| pool.vanishes(**own)).count())
 }
 
 /// The zeros for two coordinates with a diagonal M: with a = K_11/M_11, b = K_22/M_22 and c = K_12^2/(M_11 M_22)
@@ -347,8 +336,7 @@ pub(super) fn determinant_of_polynomials(pool: &mut Algebra<'_>, entries: &[Vec<
 /// The zeros of a polynomial of positive degree, of which those that are not 0 are two at most.
 pub(super) fn of_polynomial(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Option<Vec<ExprId>> {
     let (zeros, rest) = without_zeros(pool, coefficients);
-    let zero = pool.zero();
-    let mut roots = vec![zero; zeros.len()];
+    let mut roots = vec![pool.zero(); zeros.len()];
     let quotient = |pool: &mut Algebra<'_>, a: ExprId, b: ExprId| pool.short(|pool| pool.div(a, b));
     match rest {
         [_] => {}

@@ -151,8 +151,7 @@ fn waves_of(
         let weight = pool.powr(mass, &Number::half().neg());
         (pool.number(inverse), pool.mul(shape, weight))
     } else {
-        let one = pool.one();
-        let own = pool.div(one, mass);
+        let own = pool.div(pool.one(), mass);
         (pool.scale(own, &inverse), shape)
     };
     let ranges = series.numbers.iter();
@@ -171,8 +170,7 @@ fn waves_of(
         let half = angles.angle(pool, at);
         let shape = dimension.component(pool, place.value, half);
         let mass = lattice.at(pool, lattice.mass, &[half]);
-        let one = pool.one();
-        let own = pool.div(one, mass);
+        let own = pool.div(pool.one(), mass);
         let count = i64::try_from(dimension.size).ok()?;
         let square = pool.scale(own, &Number::ratio(1, count).unwrap_or_default());
         let alone = WaveSum {

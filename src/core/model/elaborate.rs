@@ -284,9 +284,8 @@ impl<'a> Elaborator<'a> {
             };
             let mut components = difference.scalars();
             // Of vectors in a plane one component may say 0 = 0.
-            let zero = self.world.pool.zero();
-            if components.iter().any(|one| *one != zero) {
-                components.retain(|one| *one != zero);
+            if components.iter().any(|one| !one.is_zero()) {
+                components.retain(|one| !one.is_zero());
             }
             for expression in components {
                 if let Some(on) = self.not_linear(expression) {

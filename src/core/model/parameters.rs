@@ -243,9 +243,8 @@ impl Elaborator<'_> {
     /// Gives members that could not be worked out a value, so that what uses them is no mistake of
     /// its own.
     fn stand_in(&mut self, name: &Name, rank: usize, keys: &[Key]) {
-        let one = self.world.pool.one();
         for at in keys {
-            self.add_parameter(&name.text, name.span, rank, *at, Some(one), None, None, name.span);
+            self.add_parameter(&name.text, name.span, rank, *at, Some(self.world.pool.one()), None, None, name.span);
         }
     }
 

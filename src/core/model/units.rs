@@ -143,8 +143,7 @@ fn named_factor(pool: &mut Pool, name: &str) -> Option<ExprId> {
     let number = Number::parse(known.factor)?.mul(&Number::from(10).powi(exponent)?);
     let Some(over) = known.pi_over else { return Some(pool.number(number)) };
     let share = number.div(&Number::from(over))?;
-    let pi = pool.pi();
-    Some(pool.scale(pi, &share))
+    Some(pool.scale(pool.pi(), &share))
 }
 
 /// The unit that a name means, and the power of ten of its prefix.
