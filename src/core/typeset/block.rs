@@ -165,7 +165,7 @@ impl Formula {
                 Block::beside(&parts.collect::<Vec<_>>())
             }
             Self::Fraction(above, below) => match vulgar(above, below) {
-                Some(text) => Block::line(text),
+                Some(text) => Block::line(&text),
                 None => Block::fraction(&above.block(), &below.block()),
             },
             Self::Power(base, exponent) => power(&base.block(), exponent),
@@ -412,24 +412,11 @@ fn with_commas(parts: &[Formula]) -> Block {
 }
 
 /// Fractions that have a sign of their own.
-fn vulgar(above: &Formula, below: &Formula) -> Option<&'static str> {
+fn vulgar(above: &Formula, below: &Formula) -> Option<String> {
     let (Formula::Number(above), Formula::Number(below)) = (above, below) else { return None };
-    match (above.as_str(), below.as_str()) {
-        ("1", "2") => Some("½"),
-        ("1", "3") => Some("⅓"),
-        ("2", "3") => Some("⅔"),
-        ("1", "4") => Some("¼"),
-        ("3", "4") => Some("¾"),
-        ("1", "5") => Some("⅕"),
-        ("2", "5") => Some("⅖"),
-        ("3", "5") => Some("⅗"),
-        ("4", "5") => Some("⅘"),
-        ("1", "6") => Some("⅙"),
-        ("5", "6") => Some("⅚"),
-        ("1", "8") => Some("⅛"),
-        ("1", "10") => Some("⅒"),
-        _ => None,
-    }
+    let own = format!("{above}/{below}");
+    let mut all = "1/2 1/3 2/3 1/4 3/4 1/5 2/5 3/5 4/5 1/6 5/6 1/8 1/10".split(' ').zip("½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅒".chars());
+    all.find(|(known, _)| *known == own).map(|(_, sign)| sign.to_string())
 }
 
 /// A whole number as an exponent, with its sign.
