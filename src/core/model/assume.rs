@@ -178,9 +178,7 @@ impl Model {
         }
         found
     }
-}
 
-impl Model {
     /// That sines, cosines and tangents are positive of angles, and of multiples of them in the expressions, that are assumed to lie
     /// between such bounds.
     fn signs_of_angles(&self, pool: &mut Pool, roots: &[ExprId]) -> Vec<Assumption> {

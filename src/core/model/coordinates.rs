@@ -282,25 +282,24 @@ impl Elaborator<'_> {
         if !self.introduce(name, Entity::Coordinate(family)) {
             return;
         }
-        let mut own = Family { name: name.text.to_string(), span: name.span, grid: Grid::default() };
+        let rank = declaration.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
+        let grid = Grid { rank, ..Grid::default() };
+        let mut own = Family { name: name.text.to_string(), span: name.span, grid };
         let base = self.world.coordinates.len();
         let count = members.as_ref().map_or(0, Members::count);
         let what = format!("`{}`", name.text);
         self.world.pool.budget().at(what, Some(name.span));
         let room = self.world.pool.budget().room(count, BYTES_EACH);
         if let Some(members) = members.filter(|_| room.is_ok()) {
-            own.grid.rank = members.rank;
             let added = own.add(&members, base, false);
             self.note(added);
             let places = members.block.map_or(Places::Listed(members.keys), Places::Box);
-            let names = Arc::new(Names { name: own.name.clone(), rank: members.rank, places });
+            let names = Arc::new(Names { name: own.name.clone(), rank, places });
             let symbol = self.world.pool.fresh_symbols(2 * count, Arc::<Names>::clone(&names));
             self.world.kinds.rows.push((symbol, count, base));
             let symbols = [symbol, symbol.after(1)];
             let row = Row { first: base, names, span: name.span, symbols, units: Vec::new(), factor };
             self.world.coordinates.add(row, count);
-        } else {
-            own.grid.rank = declaration.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
         }
         self.world.coordinate_families.push(own);
         self.world.coordinate_units.push(factor);
