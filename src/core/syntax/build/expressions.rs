@@ -95,12 +95,8 @@ impl Builder {
             match part.as_rule() {
                 Rule::integral_word => integral = true,
                 Rule::sum_indices => indices = self.indices(part),
-                Rule::expr => {
-                    // The condition around a sum doesn't reach into it.
-                    let outside = self.in_filter.replace(false);
-                    body = Some(self.expression(part));
-                    self.in_filter.set(outside);
-                }
+                // The condition around a sum doesn't reach into it.
+                Rule::expr => body = Some(self.with_filter(false, || self.expression(part))),
                 _ => {}
             }
         }
@@ -183,21 +179,14 @@ impl Builder {
         let span = left.span.to(right.span);
         let at = self.span(sign);
         let form = match sign.as_rule() {
-            rule @ (Rule::add | Rule::subtract) => {
-                let mut terms = match left.form {
-                    Form::Sum(terms) => terms,
-                    _ => vec![Member::new(false, self.close(left))],
+            rule @ (Rule::add | Rule::subtract | Rule::multiply | Rule::divide) => {
+                let is_sum = matches!(rule, Rule::add | Rule::subtract);
+                let mut members = match (is_sum, left.form) {
+                    (true, Form::Sum(members)) | (false, Form::Product(members)) => members,
+                    (_, form) => vec![Member::new(false, self.close(Operand { form, ..left }))],
                 };
-                terms.push(Member::new(rule == Rule::subtract, self.close(right)));
-                Form::Sum(terms)
-            }
-            rule @ (Rule::multiply | Rule::divide) => {
-                let mut factors = match left.form {
-                    Form::Product(factors) => factors,
-                    _ => vec![Member::new(false, self.close(left))],
-                };
-                factors.push(Member::new(rule == Rule::divide, self.close(right)));
-                Form::Product(factors)
+                members.push(Member::new(matches!(rule, Rule::subtract | Rule::divide), self.close(right)));
+                if is_sum { Form::Sum(members) } else { Form::Product(members) }
             }
             Rule::equal => self.compare(at, left, Comparison::Equal, right),
             Rule::not_equal => self.compare(at, left, Comparison::NotEqual, right),
@@ -229,6 +218,14 @@ impl Builder {
             self.object(SyntaxError::ChainedComparison { first: left.span, span: at });
         }
         Form::Compare(operator, self.close(left), self.close(right))
+    }
+
+    /// What is read as a part of a filter, where conditions may stand, or of none.
+    pub(super) fn with_filter<T>(&self, is_filter: bool, read: impl FnOnce() -> T) -> T {
+        let outside = self.in_filter.replace(is_filter);
+        let own = read();
+        self.in_filter.set(outside);
+        own
     }
 
     /// Conditions stand only behind `where`.

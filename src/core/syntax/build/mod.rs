@@ -130,8 +130,7 @@ impl Builder {
             Rule::draw => self.drawing(pair)?,
             Rule::assume => self.assumptions(pair),
             Rule::table => {
-                let mut name = None;
-                let mut path = None;
+                let (mut name, mut path) = (None, None);
                 for part in pair.into_inner() {
                     match part.as_rule() {
                         Rule::name => name = Some(self.declared(&part)),
@@ -186,9 +185,7 @@ impl Builder {
     }
 
     fn assumptions(&self, pair: Pair<'_, Rule>) -> StatementKind {
-        let outside = self.in_filter.replace(true);
-        let relations = self.expressions_in(pair);
-        self.in_filter.set(outside);
+        let relations = self.with_filter(true, || self.expressions_in(pair));
         for at in &relations {
             let expressions = self.expressions.borrow();
             let Some(relation) = expressions.get(*at) else { continue };
@@ -220,12 +217,8 @@ impl Builder {
     /// the prime of a rate.
     fn binding(&mut self, pair: Pair<'_, Rule>) -> Result<(Binding, bool), SyntaxError> {
         let span = self.span(&pair);
-        let mut name = None;
-        let mut indices = None;
-        let mut unit = None;
-        let mut value = None;
-        let mut uncertainty = None;
-        let mut rate = false;
+        let (mut name, mut indices, mut unit) = (None, None, None);
+        let (mut value, mut uncertainty, mut rate) = (None, None, false);
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => name = Some(self.declared(&part)),
@@ -256,8 +249,7 @@ impl Builder {
 
     fn indices(&self, pair: Pair<'_, Rule>) -> Result<Indices, SyntaxError> {
         let span = self.span(&pair);
-        let mut entries = Vec::new();
-        let mut filter = None;
+        let (mut entries, mut filter) = (Vec::new(), None);
         for part in pair.into_inner() {
             let span = self.span(&part);
             match part.as_rule() {
@@ -269,11 +261,7 @@ impl Builder {
                     entries.push(IndexEntry { span, kind });
                 }
                 Rule::range | Rule::unnamed => entries.push(IndexEntry { span, kind: self.range(part)? }),
-                Rule::filter => {
-                    let outside = self.in_filter.replace(true);
-                    filter = self.expressions_in(part).pop();
-                    self.in_filter.set(outside);
-                }
+                Rule::filter => filter = self.with_filter(true, || self.expressions_in(part).pop()),
                 _ => {}
             }
         }
@@ -282,9 +270,7 @@ impl Builder {
 
     fn range(&self, pair: Pair<'_, Rule>) -> Result<IndexKind, SyntaxError> {
         let span = self.span(&pair);
-        let mut variable = None;
-        let mut from = None;
-        let mut to = None;
+        let (mut variable, mut from, mut to) = (None, None, None);
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => variable = Some(self.declared(&part)),
