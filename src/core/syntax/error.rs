@@ -230,12 +230,9 @@ Error SyntaxError {
         sign: String,
         /// What stands there instead.
         found: Option<(String, Span)>,
-    } => {
-        let shown = at(*span, "no operand after it");
-        match found {
-            Some((what, place)) => shown.with_secondary(*place, format!("{what} follows")),
-            None => shown,
-        }
+    } => match found {
+        Some((what, place)) => at(*span, "no operand after it").with_secondary(*place, format!("{what} follows")),
+        None => at(*span, "no operand after it"),
     },
 
     /// An operator without its left operand.
@@ -581,10 +578,9 @@ Error SyntaxError {
         fix: String,
         /// Whether nothing else calls it by the name.
         is_certain: bool,
-    } => match is_certain {
-        true => at(*span, "not one name").written(*span, fix),
-        false => at(*span, "not one name").with_help(format!("write `{fix}`")),
-    },
+    } => at(*span, "not one name")
+        .with_help(format!("write `{fix}`"))
+        .or_replacing(is_certain.then(|| (*span, fix.clone())).as_ref()),
 
     /// A point without a column behind it.
     #[error("the name of a column is missing after the point")]
@@ -646,13 +642,9 @@ Error SyntaxError {
         fix: String,
         /// What is replaced, where the end of it is known.
         place: Option<Span>,
-    } => {
-        let shown = at(*span, "an index of the constraint").with_help(format!("write `constraint {fix} …`"));
-        match place {
-            Some(place) => shown.replacing(*place, format!(" {fix}")),
-            None => shown,
-        }
-    },
+    } => at(*span, "an index of the constraint")
+        .with_help(format!("write `constraint {fix} …`"))
+        .or_replacing(place.map(|place| (place, format!(" {fix}"))).as_ref()),
 
     /// `x[1:3]`
     #[error("a range is written with two points")]

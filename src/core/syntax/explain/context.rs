@@ -194,17 +194,16 @@ impl<'s> Context<'s> {
         let statement = self.statement;
         let span = self.before.span();
         let end = Span::new(self.end, self.end);
-        if self.before_is_word() {
-            return match statement {
-                _ if words::takes_expression(statement) => SyntaxError::MissingExpression { statement, span },
-                _ if words::is_naming(statement) => {
-                    SyntaxError::MissingName { statement, found: "nothing".to_owned(), span }
-                }
-                _ => SyntaxError::MissingRightSide { statement, value: None, span: end },
-            };
-        }
-        if self.before.kind == TokenKind::Comma && self.part == Part::Name && statement != "draw" {
+        if self.before_is_word() && words::is_naming(statement)
+            || self.before.kind == TokenKind::Comma && self.part == Part::Name && statement != "draw"
+        {
             return SyntaxError::MissingName { statement, found: "nothing".to_owned(), span };
+        }
+        if self.before_is_word() {
+            return match words::takes_expression(statement) {
+                true => SyntaxError::MissingExpression { statement, span },
+                false => SyntaxError::MissingRightSide { statement, value: None, span: end },
+            };
         }
         match self.before.kind {
             TokenKind::Equals if statement == "table" => SyntaxError::MissingPath { span },
@@ -325,9 +324,6 @@ impl<'s> Context<'s> {
             || self.before.kind == TokenKind::Open && self.before_last.is_some_and(|t| t.kind == TokenKind::Caret)
         {
             return SyntaxError::UnitExponent { span };
-        }
-        if self.before.kind == TokenKind::Colon && self.statement == "coord" && self.found.is_none() {
-            return SyntaxError::MissingUnit { span: self.before.span(), assignment: None };
         }
         if found.kind == TokenKind::Equals && self.statement == "coord" {
             return SyntaxError::CoordinateValue { span };
