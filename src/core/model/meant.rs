@@ -10,22 +10,9 @@ use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, GREEK, IndexKind, Member, Name, function_meant, is_derivative, print_expr};
 
-/// What is written before or behind the name of a coordinate for its time derivative.
-const DOTS: [(&str, &str); 13] = [
-    ("", "_dot"),
-    ("", "dot"),
-    ("", "Dot"),
-    ("d", "_dt"),
-    ("", "_prime"),
-    ("", "_d"),
-    ("", "_t"),
-    ("", "_p"),
-    ("", "p"),
-    ("dot_", ""),
-    ("d_", ""),
-    ("d", ""),
-    ("D", ""),
-];
+/// What stands for the time derivative of a coordinate, whose name is the `*`.
+const DOTS: [&str; 13] =
+    ["*_dot", "*dot", "*Dot", "d*_dt", "*_prime", "*_d", "*_t", "*_p", "*p", "dot_*", "d_*", "d*", "D*"];
 
 /// How a name reads aloud: Greek letters by name, underscores left out.
 fn spelling(name: &str) -> String {
@@ -82,12 +69,12 @@ impl Compiler<'_> {
             other => other,
         };
         let velocity = || {
-            DOTS.iter().find_map(|(before, behind)| {
+            DOTS.iter().find_map(|dots| {
+                let (before, behind) = dots.split_once('*')?;
                 let moving = same(dotted.strip_prefix(before)?.strip_suffix(behind)?)?;
                 let stem = moving.split('[').next().unwrap_or(&moving);
                 // `dx`, `x_d` and `x_prime` may be a distance, what is desired, or in another frame.
-                let is_certain =
-                    ["dot", "Dot", "_dt"].iter().any(|own| [before, behind].iter().any(|o| o.contains(own)));
+                let is_certain = ["dot", "Dot", "_dt"].iter().any(|own| dots.contains(own));
                 let is_moving = matches!(self.entity(stem), Some(Entity::Coordinate(_)));
                 is_moving.then(|| Meant { text: format!("{moving}'"), is_certain })
             })
