@@ -213,13 +213,8 @@ impl<'a> Elaborator<'a> {
     /// Declares a new name.
     pub(super) fn introduce(&mut self, name: &Name, entity: Entity) -> bool {
         if let Some((_, first)) = self.world.names.get(name.text.as_str()) {
-            let first = *first;
-            self.errors.push(ModelError::GivenTwice {
-                name: name.text.to_string(),
-                help: None,
-                span: name.span,
-                first,
-            });
+            let (text, span, first) = (name.text.to_string(), name.span, *first);
+            self.errors.push(ModelError::GivenTwice { name: text, help: None, span, first });
             return false;
         }
         self.world.names.insert(name.text.to_string(), (entity, name.span));
@@ -454,12 +449,8 @@ fn tidy(mut errors: Vec<ModelError>) -> Vec<ModelError> {
     }
     for error in errors {
         // A parameter without a value lacks it wherever it is used.
-        if let ModelError::MissingValue { name, .. } = &error
-            && !without_value.insert(name.clone())
-        {
-            continue;
-        }
-        if !seen.contains(&error) {
+        let is_new = !matches!(&error, ModelError::MissingValue { name, .. } if !without_value.insert(name.clone()));
+        if is_new && !seen.contains(&error) {
             seen.push(error);
         }
     }

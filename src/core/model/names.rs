@@ -140,27 +140,17 @@ impl Grid {
     /// Smallest and largest value of the index behind `prefix`, over all members.
     pub(super) fn bounds(&self, prefix: &[i64]) -> Option<(i64, i64)> {
         let axis = prefix.len();
-        let fits = |lower: &Key, upper: &Key| (0..axis).all(|i| (lower[i]..=upper[i]).contains(&prefix[i]));
-        let boxes = self
-            .blocks
-            .iter()
-            .filter(|block| fits(&block.lower, &block.upper))
-            .map(|block| (block.lower[axis], block.upper[axis]));
-        let singles = self.singles.keys().filter(|at| fits(at, at)).map(|at| (at[axis], at[axis]));
-        boxes.chain(singles).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        let boxes = self.blocks.iter().map(|block| (&block.lower, &block.upper));
+        let all = boxes.chain(self.singles.keys().map(|at| (at, at)));
+        let fitting = all.filter(|(lower, upper)| (0..axis).all(|i| (lower[i]..=upper[i]).contains(&prefix[i])));
+        fitting.map(|(lower, upper)| (lower[axis], upper[axis])).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
     /// The ranges in words, for messages.
     pub(super) fn describe(&self, name: &str) -> String {
-        let mut parts: Vec<String> = self
-            .blocks
-            .iter()
-            .map(|block| {
-                let ranges: Vec<String> =
-                    (0..self.rank).map(|axis| format!("{}..{}", block.lower[axis], block.upper[axis])).collect();
-                format!("{name}[{}]", ranges.join(", "))
-            })
-            .collect();
+        let range = |block: &Block, axis: usize| format!("{}..{}", block.lower[axis], block.upper[axis]);
+        let ranges = |block: &Block| (0..self.rank).map(|axis| range(block, axis)).collect::<Vec<_>>().join(", ");
+        let mut parts: Vec<String> = self.blocks.iter().map(|own| format!("{name}[{}]", ranges(own))).collect();
         let mut singles: Vec<&Key> = self.singles.keys().collect();
         singles.put_in_order();
         parts.extend(singles.iter().take(4).map(|at| member_name(name, self.rank, at)));
@@ -231,12 +221,8 @@ impl Family {
             let what = format!("`{}` was given with {} before", self.name, counted_indices(rank));
             return Err(ModelError::BadIndices { what, span });
         }
-        let twice = |at: &Key, first: Span| ModelError::GivenTwice {
-            name: member_name(&self.name, rank, at),
-            help: None,
-            span,
-            first,
-        };
+        let name = |at: &Key| member_name(&self.name, rank, at);
+        let twice = |at: &Key, first| ModelError::GivenTwice { name: name(at), help: None, span, first };
         if let Some(block) = &members.block {
             if let Some((at, first)) = self.grid.overlap(block) {
                 return Err(twice(&at, first));
