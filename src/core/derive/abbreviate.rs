@@ -345,13 +345,8 @@ impl Letters {
             let unused = letters.iter().find(|own| !taken.contains(**own));
             unused.map_or_else(|| format!("{}_", letters[0]), ToString::to_string)
         };
-        Self {
-            distance: free(&["d", "s", "D", "R"]),
-            other: free(&["u", "v", "w", "z"]),
-            count: 0,
-            names: derivation.names.clone(),
-            taken,
-        }
+        let [distance, other] = [["d", "s", "D", "R"], ["u", "v", "w", "z"]].map(|letters| free(&letters));
+        Self { distance, other, count: 0, names: derivation.names.clone(), taken }
     }
 
     fn name(&mut self, pool: &mut Pool, candidate: Candidate) -> Named {

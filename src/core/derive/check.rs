@@ -96,15 +96,8 @@ impl<'a> Checker<'a> {
             complete &= value.is_some();
             values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i, draws), ())));
         }
-        Self {
-            model,
-            values,
-            complete,
-            draws,
-            linearized: OnceCell::new(),
-            modes: OnceCell::new(),
-            sample: OnceCell::new(),
-        }
+        let (linearized, modes, sample) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { model, values, complete, draws, linearized, modes, sample }
     }
 
     /// Whether the values are as the model assumes.
@@ -523,15 +516,11 @@ impl<'a> Checker<'a> {
     /// The modes to compare with: of the other path, or of M and K at the values at hand.
     fn references(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
         let Some((linearized, modes)) = self.linearized().zip(self.modes()) else { return self.solved(pool, pair) };
-        let references = in_units(linearized, modes)
-            .modes
-            .iter()
-            .map(|mode| Reference {
-                omega_squared: mode.omega_squared.unwrap_or(Ball::NOT_FINITE),
-                symmetry: mode.symmetry.clone(),
-            })
-            .collect();
-        Some(references)
+        let reference = |mode: &NormalMode| Reference {
+            omega_squared: mode.omega_squared.unwrap_or(Ball::NOT_FINITE),
+            symmetry: mode.symmetry.clone(),
+        };
+        Some(in_units(linearized, modes).modes.iter().map(reference).collect())
     }
 
     /// M and K at the values at hand, column by column.
@@ -612,8 +601,7 @@ impl<'a> Checker<'a> {
         let (mass, stiffness) = self.evaluated(pool, pair)?;
         // Nothing oscillates: no bound of a computation is as narrow as this.
         if stiffness.iter().all(Ball::is_zero) {
-            let free = || Reference { omega_squared: Ball::ZERO, symmetry: None };
-            return Some(std::iter::repeat_with(free).take(pair.len()).collect());
+            return Some(vec![Reference { omega_squared: Ball::ZERO, symmetry: None }; pair.len()]);
         }
         let problem = Problem { dimension: pair.len(), mass, stiffness, zero_vectors: Vec::new() };
         let spectrum = modes::solve(&problem, &Options::default().without_vectors()).ok()?;

@@ -117,12 +117,8 @@ pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], befo
     let mut best: Option<(u64, Solved)> = None;
     // Without names, with names for p and q alone, and for the coefficients too.
     for (model, coefficients) in [(None, false), (Some(model), false), (Some(model), true)] {
-        let mut names = Names {
-            model,
-            suffix: if before == 0 { String::new() } else { (before + 1).to_string() },
-            coefficients,
-            given: Vec::new(),
-        };
+        let suffix = if before == 0 { String::new() } else { (before + 1).to_string() };
+        let mut names = Names { model, suffix, coefficients, given: Vec::new() };
         let found = zeros(pool, &mut names, sums, biquadratic, &letter);
         let numbers = found.family.as_ref().map(|_| (letter.clone(), vec![0, 1, 2]));
         let shown = found.family.map_or(found.all, |family| vec![family]);

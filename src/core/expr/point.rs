@@ -258,13 +258,8 @@ impl Plan {
     }
 
     pub(super) fn evaluate(&self, pool: &Pool, values: &dyn Fn(Symbol) -> u64, seed: u64) -> Option<ModularPoint> {
-        let mut point = Point {
-            pool,
-            plan: self,
-            seed,
-            values: Vec::with_capacity(self.reachable.ids.len()),
-            certainty: Certainty::default(),
-        };
+        let room = Vec::with_capacity(self.reachable.ids.len());
+        let mut point = Point { pool, plan: self, seed, values: room, certainty: Certainty::default() };
         for id in &self.reachable.ids {
             let value = point.value_of(*id, values)?;
             point.values.push(value);

@@ -190,11 +190,8 @@ impl<'a> Compiler<'a> {
                 if let Some(error) = self.foreign_power(at, scope) {
                     return self.refuse(error, span, tasks);
                 }
-                tasks.push(Task::Emit(Op::Power, span));
-                tasks.push(Task::Emit(Op::EndExponent, span));
-                tasks.push(Task::Visit(*exponent));
-                tasks.push(Task::Emit(Op::BeginExponent, span));
-                tasks.push(Task::Visit(*base));
+                tasks.extend([Op::Power, Op::EndExponent].map(|op| Task::Emit(op, span)));
+                tasks.extend([Task::Visit(*exponent), Task::Emit(Op::BeginExponent, span), Task::Visit(*base)]);
             }
             ExprKind::Product(factors) => {
                 if let Some((at, error)) = self.foreign_quotient(factors) {

@@ -103,15 +103,8 @@ impl Row {
     fn coordinate(&self, place: usize) -> Coordinate<'_> {
         let [symbol, velocity] = self.symbols.map(|symbol| symbol.after(2 * place));
         let unit = if let [only] = self.units.as_slice() { Some(only) } else { self.units.get(place) };
-        Coordinate {
-            span: self.span,
-            symbol,
-            velocity,
-            unit: unit.and_then(Option::as_deref),
-            factor: self.factor,
-            names: &self.names,
-            place,
-        }
+        let unit = unit.and_then(Option::as_deref);
+        Coordinate { span: self.span, symbol, velocity, unit, factor: self.factor, names: &self.names, place }
     }
 }
 

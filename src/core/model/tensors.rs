@@ -85,14 +85,8 @@ impl Elaborator<'_> {
             let value = self.world.run_written_out(&program, &mut Vec::new());
             self.errors.truncate(told);
             let Some(entries) = value.ok().as_ref().and_then(three_by_three) else { continue };
-            found.push(Tensor {
-                name: String::new(),
-                span: self.file.expr(at).span,
-                varies_with: self.varying_entry(&entries),
-                unit: None,
-                rotational: Some(used),
-                entries,
-            });
+            let (span, varies_with) = (self.file.expr(at).span, self.varying_entry(&entries));
+            found.push(Tensor { name: String::new(), span, varies_with, unit: None, rotational: Some(used), entries });
         }
         found
     }

@@ -162,12 +162,8 @@ fn units_of_others(file: &File, model: &Model) -> Vec<Warning> {
             let (name, next) = (own.name.text.as_str(), other.name.text.as_str());
             let (Some(here), Some(there)) = (first(name), first(next)) else { continue };
             if here.unit == there.unit && there.factor.is_some() {
-                found.push(Warning::UnitOfOther {
-                    name: name.to_owned(),
-                    other: next.to_owned(),
-                    unit: print_unit(file, unit),
-                    span: own.name.span,
-                });
+                let (name, other, unit) = (name.to_owned(), next.to_owned(), print_unit(file, unit));
+                found.push(Warning::UnitOfOther { name, other, unit, span: own.name.span });
             }
         }
     }

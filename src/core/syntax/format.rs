@@ -41,14 +41,8 @@ pub fn format(source: &str) -> Result<String, Vec<SyntaxError>> {
     let file = super::parse(source)?;
     let first_line = source.split_inclusive('\n').next().unwrap_or("");
     let line_end = if first_line.ends_with("\r\n") { "\r\n" } else { "\n" };
-    let mut formatter = Formatter {
-        source,
-        file: &file,
-        page: Page::default(),
-        printer: Printer::new(&file, Pieces::default()),
-        comment: 0,
-        end: 0,
-    };
+    let printer = Printer::new(&file, Pieces::default());
+    let mut formatter = Formatter { source, file: &file, page: Page::default(), printer, comment: 0, end: 0 };
     formatter.file();
     Ok(formatter.page.finish(line_end))
 }
@@ -270,13 +264,8 @@ fn head_of(statement: &Statement, pieces: &Pieces<'_>, written: Option<Written>)
             Piece::Close => depth = depth.saturating_sub(1),
             Piece::Token(text) if depth == 0 && text == ":" => colon = Some(pieces.between(0, at)),
             Piece::Token(text) if depth == 0 && text == "=" => {
-                return Some(Head {
-                    word: std::mem::discriminant(&statement.kind),
-                    byte,
-                    column: pieces.between(0, at),
-                    colon,
-                    written,
-                });
+                let (word, column) = (std::mem::discriminant(&statement.kind), pieces.between(0, at));
+                return Some(Head { word, byte, column, colon, written });
             }
             Piece::Token(_) | Piece::Blank | Piece::Place(..) => {}
         }

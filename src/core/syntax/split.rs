@@ -326,13 +326,8 @@ impl<'s> Splitter<'s> {
     }
 
     fn open(&mut self, token: Token, subscript: bool) {
-        self.brackets.push(Bracket {
-            span: token.span(),
-            character: self.source.as_bytes()[token.start as usize],
-            subscript,
-            chain: self.chain,
-            nots: self.nots,
-        });
+        let character = self.source.as_bytes()[token.start as usize];
+        self.brackets.push(Bracket { span: token.span(), character, subscript, chain: self.chain, nots: self.nots });
         self.chain = 0;
         self.nots = 0;
         self.deepen(token);
@@ -349,12 +344,9 @@ impl<'s> Splitter<'s> {
         self.chain = bracket.chain;
         self.nots = bracket.nots;
         if (bracket.character == b'(') != (character == b')') {
-            self.report(SyntaxError::MismatchedBracket {
-                bracket: char::from(bracket.character),
-                open: bracket.span,
-                close: char::from(character),
-                span: token.span(),
-            });
+            let [opening, close] = [bracket.character, character].map(char::from);
+            let (open, span) = (bracket.span, token.span());
+            self.report(SyntaxError::MismatchedBracket { bracket: opening, open, close, span });
         } else if bracket.subscript {
             self.link(token);
         }

@@ -162,15 +162,8 @@ struct Writer<'p, 'f, 's> {
 
 /// Writes a statement; `split` where its right side was written with its members apart.
 pub(super) fn lay<'s>(pieces: &Pieces<'_>, placed: &Placed, comments: &'s [Comment], split: bool, page: &mut Page<'s>) {
-    let mut writer = Writer {
-        pieces,
-        measures: Measures::new(pieces, placed),
-        comments,
-        page,
-        line: String::new(),
-        column: 0,
-        frames: Vec::new(),
-    };
+    let (measures, line, frames) = (Measures::new(pieces, placed), String::new(), Vec::new());
+    let mut writer = Writer { pieces, measures, comments, page, line, column: 0, frames };
     let mut notes = placed.inside.iter().peekable();
     let mut here = Vec::new();
     let mut at = 0;
