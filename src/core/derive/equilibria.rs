@@ -151,7 +151,7 @@ fn quotient(pool: &mut Algebra<'_>, coordinate: usize, left: ExprId, rest: ExprI
 }
 
 /// The angle of a sine or cosine.
-fn angle(pool: &Pool, e: ExprId) -> Option<ExprId> {
+pub(super) fn angle(pool: &Pool, e: ExprId) -> Option<ExprId> {
     match *pool.node(e) {
         Node::Function(Function::Sin | Function::Cos, angle) => Some(angle),
         _ => None,

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::equilibria::angle;
 use super::simplify::{Algebra, Monomial, Opening, bases_with, expand};
-use crate::expr::{ExprId, ModularPoint, Node, Pool, neg_mod};
+use crate::expr::{ExprId, ModularPoint, Pool, neg_mod};
 use crate::number::Number;
 use crate::order::Gather;
-use crate::precision::Function;
 use crate::symmetry::Pattern;
 
 /// A row without its zeros.
@@ -241,13 +241,7 @@ fn proportional_radicands(pool: &mut Pool, all: &[ExprId]) -> HashMap<ExprId, Ex
 /// An expression with sin(2 x) as 2 sin(x) cos(x) and cos(2 x) as one of its three forms, where functions of x occur too;
 /// if that is shorter.
 fn halved_angles(pool: &mut Algebra<'_>, e: ExprId) -> Option<ExprId> {
-    let ids = pool.reachable(&[e]);
-    let mut angles: Vec<ExprId> = Vec::new();
-    for id in &ids {
-        if let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(*id) {
-            angles.push(x);
-        }
-    }
+    let angles: Vec<ExprId> = pool.reachable(&[e]).into_iter().filter_map(|id| angle(pool, id)).collect();
     let two = Number::from(2);
     let doubled: Vec<(ExprId, ExprId)> =
         angles.iter().map(|x| (pool.scale(*x, &two), *x)).filter(|(twice, _)| angles.contains(twice)).collect();
