@@ -158,7 +158,8 @@ fn ratio(numerator: i64, denominator: i64) -> Number {
     Number::ratio(numerator, denominator).unwrap_or_default()
 }
 
-fn shortened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+fn shortened(pool: &mut Algebra<'_>, make: impl FnOnce(&mut Pool) -> ExprId) -> ExprId {
+    let e = make(pool);
     if pool.weight(e) <= MOST_TO_SIMPLIFY { pool.simplify(e) } else { e }
 }
 
@@ -166,8 +167,7 @@ fn shortened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
 fn quadratic(pool: &mut Algebra<'_>, [a, b]: [ExprId; 2]) -> Zeros {
     let half = pool.scale(a, &Number::half());
     let square = pool.square(a);
-    let inside = pool.linear(&[(square, ratio(1, 4)), (b, Number::MINUS_ONE)]);
-    let inside = shortened(pool, inside);
+    let inside = shortened(pool, |pool| pool.linear(&[(square, ratio(1, 4)), (b, Number::MINUS_ONE)]));
     let (size, _) = root(pool, inside);
     let all = [Number::MINUS_ONE, Number::ONE].map(|sign| vec![half, pool.scale(size, &sign)]);
     Zeros { all: all.to_vec(), family: None }
@@ -180,16 +180,14 @@ fn cubic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c]: [ExprId; 3], 
     if pool.vanishes(p) {
         return Zeros { all: vec![vec![middle]; 3], family: None };
     }
-    let p = shortened(pool, p);
+    let p = shortened(pool, |_| p);
     let (cube, product) = (pool.powi(a, 3), pool.mul(a, b));
     let q = [(cube, ratio(1, 27)), (product, ratio(-1, 6)), (c, ratio(1, 2))];
-    let q = pool.linear(&q);
-    let q = shortened(pool, q);
+    let q = shortened(pool, |pool| pool.linear(&q));
     let p = names.name(pool, &["p", "P", "rho"], p);
     let q = names.name(pool, &["q", "kappa", "chi"], q);
     let (size, _) = root(pool, p);
-    let cosine = pool.product_of_powers(&[(q, Number::ONE), (size, ratio(-3, 1))]);
-    let cosine = shortened(pool, cosine);
+    let cosine = shortened(pool, |pool| pool.product_of_powers(&[(q, Number::ONE), (size, ratio(-3, 1))]));
     let phi = pool.apply(Function::Acos, cosine);
     let phi = names.name(pool, &["phi", "psi", "beta"], phi);
     let zero = |pool: &mut Pool, n: ExprId| {
@@ -212,22 +210,19 @@ fn middle(pool: &mut Pool, a: ExprId, b: ExprId, c: ExprId) -> ExprId {
 }
 
 fn quartic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c, d]: [ExprId; 4], biquadratic: bool) -> Zeros {
-    let one = Number::ONE;
     let square = pool.square(a);
-    let p = pool.linear(&[(b, one.clone()), (square, ratio(-3, 8))]);
-    let p = shortened(pool, p);
+    let p = shortened(pool, |pool| pool.linear(&[(b, Number::ONE), (square, ratio(-3, 8))]));
     let (ac, aab) = (pool.mul(a, c), pool.mul(square, b));
     let fourth = pool.powi(a, 4);
-    let r = pool.linear(&[(d, one.clone()), (ac, ratio(-1, 4)), (aab, ratio(1, 16)), (fourth, ratio(-3, 256))]);
-    let r = shortened(pool, r);
+    let r = [(d, Number::ONE), (ac, ratio(-1, 4)), (aab, ratio(1, 16)), (fourth, ratio(-3, 256))];
+    let r = shortened(pool, |pool| pool.linear(&r));
     let p = names.name(pool, &["p", "P", "rho"], p);
     let quarter = pool.scale(a, &ratio(1, 4));
     let mut all = Vec::new();
     if biquadratic {
         // x^2 = -p/2 ± sqrt(p^2/4 - r)
         let square = pool.square(p);
-        let inside = pool.linear(&[(square, ratio(1, 4)), (r, ratio(-1, 1))]);
-        let inside = shortened(pool, inside);
+        let inside = shortened(pool, |pool| pool.linear(&[(square, ratio(1, 4)), (r, ratio(-1, 1))]));
         let (size, _) = root(pool, inside);
         for sign in [-1, 1] {
             let square = pool.linear(&[(p, ratio(-1, 2)), (size, ratio(sign, 1))]);
@@ -236,19 +231,17 @@ fn quartic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c, d]: [ExprId;
         }
         return Zeros { all, family: None };
     }
-    let q = middle(pool, a, b, c);
-    let q = shortened(pool, q);
+    let q = shortened(pool, |pool| middle(pool, a, b, c));
     let q = names.name(pool, &["q", "kappa", "chi"], q);
     let r = names.name(pool, &["r", "R", "mu"], r);
     // The resolvent with y = t - 2 p/3: t^3 - (p^2 + 12 r)/3 t - (2 p^3 - 72 p r + 27 q^2)/27 = 0.
     let (square, cube) = (pool.square(p), pool.powi(p, 3));
-    let size = pool.linear(&[(square, one.clone()), (r, Number::from(12))]);
-    let size = shortened(pool, size);
+    let size = shortened(pool, |pool| pool.linear(&[(square, Number::ONE), (r, Number::from(12))]));
     let (size, _) = root(pool, size);
     let (pr, qq) = (pool.mul(p, r), pool.square(q));
-    let above = pool.linear(&[(cube, one.clone()), (pr, Number::from(-36)), (qq, ratio(27, 2))]);
-    let above = shortened(pool, above);
-    let cosine = pool.product_of_powers(&[(above, one.clone()), (size, ratio(-3, 1))]);
+    let above = [(cube, Number::ONE), (pr, Number::from(-36)), (qq, ratio(27, 2))];
+    let above = shortened(pool, |pool| pool.linear(&above));
+    let cosine = pool.product_of_powers(&[(above, Number::ONE), (size, ratio(-3, 1))]);
     let phi = pool.apply(Function::Acos, cosine);
     let phi = names.name(pool, &["phi", "psi", "beta"], phi);
     let third = pool.scale(phi, &ratio(1, 3));
