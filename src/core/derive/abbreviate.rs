@@ -287,16 +287,11 @@ struct Images {
 
 impl Images {
     fn new(chosen: &[Candidate], named: &[Named]) -> Self {
-        let mut images = HashMap::new();
-        let mut roots = HashMap::new();
-        for (own, name) in chosen.iter().zip(named) {
-            if own.root {
-                roots.insert(own.id, name.symbol);
-            } else {
-                images.insert(own.id, name.symbol);
-            }
-        }
-        Self { images, roots }
+        let of = |root: bool| {
+            let own = chosen.iter().zip(named).filter(|(own, _)| own.root == root);
+            own.map(|(own, name)| (own.id, name.symbol)).gather()
+        };
+        Self { images: of(false), roots: of(true) }
     }
 
     fn of(&self, e: ExprId) -> ExprId {
@@ -310,16 +305,13 @@ impl Images {
             }
             let image = if let Some(root) = self.roots.get(&id) {
                 pool.square(*root)
-            } else if let Node::Product(factors) = pool.node(id) {
+            } else if matches!(pool.node(id), Node::Product(_)) {
                 // S^(3/2) is the third power of the root.
-                let factors = factors.to_vec();
-                let factors: Vec<(ExprId, Number)> = factors
-                    .into_iter()
-                    .map(|(base, exponent)| match self.roots.get(&base) {
-                        Some(root) => (*root, exponent.mul(&Number::from(2))),
-                        None => (self.of(base), exponent),
-                    })
-                    .collect();
+                let power = |(base, exponent): (ExprId, Number)| match self.roots.get(&base) {
+                    Some(root) => (*root, exponent.mul(&Number::from(2))),
+                    None => (self.of(base), exponent),
+                };
+                let factors: Vec<(ExprId, Number)> = pool.factors(id).into_iter().map(power).collect();
                 pool.product_of_powers(&factors)
             } else {
                 rebuild(pool, id, &self.images)

@@ -149,8 +149,7 @@ fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coef
 
 /// cos(a)cos(b) ± sin(a)sin(b) and sin(a)cos(b) ± cos(a)sin(b).
 fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
-    let one = Number::ONE;
-    let usable = |exponent: &Number| exponent.is_integer() && *exponent >= one;
+    let usable = |exponent: &Number| exponent.is_integer() && *exponent >= Number::ONE;
     for (at, (first, e1)) in monomial.iter().enumerate() {
         for (second, e2) in monomial.iter().skip(at + 1) {
             if !usable(e1) || !usable(e2) {
@@ -189,14 +188,13 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
 
 /// sin(x/2)cos(x/2) = sin(x)/2, where only that rids an angle of its fraction.
 fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
-    let one = Number::ONE;
     for (base, exponent) in monomial {
         let Some(x) = angle(pool, *base, Function::Sin) else { continue };
-        if !is_halved(pool, x) || !exponent.is_integer() || *exponent < one {
+        if !is_halved(pool, x) || !exponent.is_integer() || *exponent < Number::ONE {
             continue;
         }
         let cosine = pool.cos(x);
-        if !simplify::power_of(monomial, cosine).is_some_and(|other| other.is_integer() && *other >= one) {
+        if !simplify::power_of(monomial, cosine).is_some_and(|other| other.is_integer() && *other >= Number::ONE) {
             continue;
         }
         let rest = changed(monomial, &[(*base, -1), (cosine, -1)]);

@@ -132,11 +132,8 @@ pub(super) fn conserved(
     }
     let mut rubs = vec![false; occurs.len()];
     drags.iter().for_each(|(i, drag)| rubs[*i] |= !drag.is_zero());
-    let mut result: Vec<Conserved> = (0..occurs.len())
-        .filter(|i| !occurs[*i] && !rubs[*i])
-        .filter(|i| !momenta[*i].is_zero())
-        .map(Conserved::Momentum)
-        .collect();
+    let cyclic = (0..occurs.len()).filter(|i| !occurs[*i] && !rubs[*i] && !momenta[*i].is_zero());
+    let mut result: Vec<Conserved> = cyclic.map(Conserved::Momentum).collect();
     let moving: Vec<usize> = (0..occurs.len()).filter(|i| occurs[*i]).collect();
     if moving.len() > 1 && occurs.len() <= MOST_COORDINATES {
         let mut search = Search { model, pool: &mut *pool, variables, lagrangian, drags };

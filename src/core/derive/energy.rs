@@ -185,9 +185,6 @@ pub(super) fn quadratic_form(pool: &mut Pool, matrix: &[Vec<ExprId>], motion: im
     if count == 1 {
         terms.iter_mut().for_each(|term| term.coefficient = pool.scale(term.coefficient, &Number::half()));
     }
-    let mut sum = MotionSum::new(pool, terms);
-    if count > 1 {
-        sum.factor = Factor::Half;
-    }
-    sum
+    let factor = if count > 1 { Factor::Half } else { Factor::One };
+    MotionSum { factor, ..MotionSum::new(pool, terms) }
 }

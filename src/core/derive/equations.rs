@@ -77,26 +77,25 @@ fn add(parts: &mut Parts, equation: usize, motion: Factors, value: ExprId, facto
 
 /// From T2: each A_ij with i < j stands for A_ij q_i' q_j', each A_ii for 1/2 A_ii q_i'^2.
 fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts: &mut Parts) {
-    let one = Number::ONE;
     for ((i, j), value) in &lagrangian.inertia {
         let (i, j) = (*i, *j);
-        add(parts, i, single(Motion::Acceleration(j)), *value, one.clone());
+        add(parts, i, single(Motion::Acceleration(j)), *value, Number::ONE);
         if i != j {
-            add(parts, j, single(Motion::Acceleration(i)), *value, one.clone());
+            add(parts, j, single(Motion::Acceleration(i)), *value, Number::ONE);
         }
         for (k, slope) in variables.symbols.slopes(pool, *value) {
-            add(parts, i, velocities(j, k), slope, one.clone());
+            add(parts, i, velocities(j, k), slope, Number::ONE);
             if i == j {
                 add(parts, k, velocities(i, i), slope, Number::half().neg());
             } else {
-                add(parts, j, velocities(i, k), slope, one.clone());
+                add(parts, j, velocities(i, k), slope, Number::ONE);
                 add(parts, k, velocities(i, j), slope, Number::MINUS_ONE);
             }
         }
         let rate = variables.by_time(pool, *value);
-        add(parts, i, single(Motion::Velocity(j)), rate, one.clone());
+        add(parts, i, single(Motion::Velocity(j)), rate, Number::ONE);
         if i != j {
-            add(parts, j, single(Motion::Velocity(i)), rate, one.clone());
+            add(parts, j, single(Motion::Velocity(i)), rate, Number::ONE);
         }
     }
 }

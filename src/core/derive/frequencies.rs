@@ -308,13 +308,8 @@ impl Angles {
     /// The different ones with their multiplicities.
     pub(super) fn distinct(&self, pool: &mut Pool) -> Vec<(i64, ExprId, usize)> {
         let last = self.ring.map_or(self.last, |n| n / 2);
-        let mut all = Vec::new();
-        for j in self.first..=last {
-            let twice = self.ring.is_some_and(|n| j > 0 && 2 * j < n);
-            let angle = self.angle(pool, j);
-            all.push((j, angle, if twice { 2 } else { 1 }));
-        }
-        all
+        let twice = |j: i64| self.ring.is_some_and(|n| j > 0 && 2 * j < n);
+        (self.first..=last).map(|j| (j, self.angle(pool, j), if twice(j) { 2 } else { 1 })).collect()
     }
 }
 

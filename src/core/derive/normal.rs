@@ -283,9 +283,7 @@ impl Page {
                 terms.push(MotionTerm::new(pool.neg(square), &[(Motion::Normal(r), 2)]));
             }
         }
-        let mut sum = MotionSum::new(pool, terms);
-        sum.factor = Factor::Half;
-        sum
+        MotionSum { factor: Factor::Half, ..MotionSum::new(pool, terms) }
     }
 }
 

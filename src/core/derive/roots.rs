@@ -180,12 +180,10 @@ fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (&'a [ExprId], 
 /// they are (a + b)/2 -+ sqrt((a - b)^2/4 + c).
 fn pair_of_roots(pool: &mut Algebra<'_>, block: &Pair) -> Vec<ExprId> {
     let [(m1, k1), (_, k12), (m2, k2)] = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
-    let one = Number::ONE;
-    let minus = Number::MINUS_ONE;
     let [a, b, c] = [
-        vec![(k1, one.clone()), (m1, minus.clone())],
-        vec![(k2, one.clone()), (m2, minus.clone())],
-        vec![(k12, Number::from(2)), (m1, minus.clone()), (m2, minus.clone())],
+        vec![(k1, Number::ONE), (m1, Number::MINUS_ONE)],
+        vec![(k2, Number::ONE), (m2, Number::MINUS_ONE)],
+        vec![(k12, Number::from(2)), (m1, Number::MINUS_ONE), (m2, Number::MINUS_ONE)],
     ]
     .map(|factors| pool.product_of_powers(&factors));
     let middle = pool.short(|pool| pool.linear(&[(a, Number::half()), (b, Number::half())]));
@@ -193,7 +191,7 @@ fn pair_of_roots(pool: &mut Algebra<'_>, block: &Pair) -> Vec<ExprId> {
     let square = pool.square(difference);
     let quarter = Number::half().mul(&Number::half());
     let c = pool.simplify(c);
-    let inside = pool.linear(&[(square, quarter), (c, one)]);
+    let inside = pool.linear(&[(square, quarter), (c, Number::ONE)]);
     around(pool, middle, inside)
 }
 
@@ -437,12 +435,11 @@ fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
 
 /// Compares powers base by base: an order that multiplication keeps.
 fn compare(a: &Monomial, b: &Monomial) -> Ordering {
-    let zero = Number::ZERO;
     let alike = a.iter().zip(b).take_while(|(a, b)| a == b).count();
     match (a.get(alike), b.get(alike)) {
         (Some((p, x)), Some((q, y))) if p == q => x.cmp(y),
-        (Some((p, x)), other) if other.is_none_or(|(q, _)| p < q) => x.cmp(&zero),
-        (_, Some((_, y))) => zero.cmp(y),
+        (Some((p, x)), other) if other.is_none_or(|(q, _)| p < q) => x.cmp(&Number::ZERO),
+        (_, Some((_, y))) => Number::ZERO.cmp(y),
         (_, None) => Ordering::Equal,
     }
 }
@@ -468,8 +465,7 @@ fn exact_root(square: &Monomials) -> Option<Vec<(Monomial, Number)>> {
     let mut root = vec![(first.clone(), Number::ONE)];
     let mut rest = square.clone();
     let subtract = |rest: &mut Monomials, monomial: Monomial, value: &Number| add_to(rest, monomial, &value.neg());
-    let one = Number::ONE;
-    subtract(&mut rest, times(&first, &first, &one), &one);
+    subtract(&mut rest, times(&first, &first, &Number::ONE), &Number::ONE);
     let twice = Number::half();
     while let Some((monomial, coefficient)) = leading(&rest) {
         // A root of t terms has at most t (t + 1)/2 terms in its square and at least t.
@@ -480,9 +476,9 @@ fn exact_root(square: &Monomials) -> Option<Vec<(Monomial, Number)>> {
         let value = coefficient.mul(&twice);
         for (other, factor) in &root {
             let product = factor.mul(&value).mul(&Number::from(2));
-            subtract(&mut rest, times(other, &next, &one), &product);
+            subtract(&mut rest, times(other, &next, &Number::ONE), &product);
         }
-        subtract(&mut rest, times(&next, &next, &one), &value.mul(&value));
+        subtract(&mut rest, times(&next, &next, &Number::ONE), &value.mul(&value));
         root.push((next, value));
     }
     Some(root)

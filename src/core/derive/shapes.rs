@@ -107,16 +107,12 @@ fn column(
     let symbol = pool.fresh_symbol("omega");
     let omega = pool.symbol_expr(symbol);
     let square = pool.square(omega);
-    let entries: Vec<Vec<ExprId>> = (0..n)
-        .map(|i| {
-            let row = (0..n).map(|j| {
-                let (m, k) = part.at(pool, i, j);
-                let inertia = pool.mul(square, m);
-                pool.sub(k, inertia)
-            });
-            row.collect()
-        })
-        .collect();
+    let mut entry = |i: usize, j: usize| {
+        let (m, k) = part.at(pool, i, j);
+        let inertia = pool.mul(square, m);
+        pool.sub(k, inertia)
+    };
+    let entries: Vec<Vec<ExprId>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
     let mut best: Option<(u64, Vec<ExprId>)> = None;
     for row in 0..n {
         let cofactors: Vec<ExprId> = (0..n).map(|other| cofactor(pool, &entries, row, other)).collect();
@@ -259,25 +255,18 @@ impl Block {
     ///
     /// which is the first row, a = (K_11 - z1 M_11)/(z1 M_12 - K_12), extended by z2 M_12 - K_12.
     fn ratio(&self, pool: &mut Algebra<'_>, z: ExprId, forms: Option<[bool; 3]>) -> Option<([bool; 3], ExprId)> {
-        let one = Number::ONE;
-        let minus = Number::MINUS_ONE;
         let entry = |pool: &mut Pool, i: usize| {
             let inertia = pool.mul(z, self.m[i]);
-            pool.linear(&[(self.k[i], one.clone()), (inertia, minus.clone())])
+            pool.linear(&[(self.k[i], Number::ONE), (inertia, Number::MINUS_ONE)])
         };
         let [first, mixed, last] = [0, 1, 2].map(|i| entry(pool, i));
         let opposite = pool.neg(mixed);
-        let mut fractions = vec![(first, opposite), (opposite, last)];
-        fractions.push(self.without_root(pool, z));
+        let fractions = [(first, opposite), (opposite, last), self.without_root(pool, z)];
         let mut best: Option<(u64, ExprId)> = None;
         let mut usable = [false; 3];
         for (at, (above, below)) in fractions.into_iter().enumerate() {
             let below = pool.simplify(below);
-            let wanted = match forms {
-                Some(forms) => forms[at],
-                None => !pool.vanishes(below),
-            };
-            if !wanted {
+            if !forms.map_or_else(|| !pool.vanishes(below), |forms| forms[at]) {
                 continue;
             }
             usable[at] = true;
@@ -295,26 +284,25 @@ impl Block {
     /// Numerator and denominator of the third form.
     fn without_root(&self, pool: &mut Pool, z: ExprId) -> (ExprId, ExprId) {
         let ([m1, m12, m2], [k1, k12, k2]) = (self.m, self.k);
-        let one = Number::ONE;
-        let minus = Number::MINUS_ONE;
         let of_m = determinant(pool, &[vec![m1, m12], vec![m12, m2]]);
         let of_k = determinant(pool, &[vec![k1, k12], vec![k12, k2]]);
         let p = pool.div(of_k, of_m);
         let crossed = [pool.mul(m1, k2), pool.mul(m2, k1), pool.mul(m12, k12)];
         let traced =
-            pool.linear(&[(crossed[0], one.clone()), (crossed[1], one.clone()), (crossed[2], Number::from(-2))]);
+            pool.linear(&[(crossed[0], Number::ONE), (crossed[1], Number::ONE), (crossed[2], Number::from(-2))]);
         let s = pool.div(traced, of_m);
         let (left, right) = (pool.mul(m1, k12), pool.mul(k1, m12));
         let slope = pool.sub(left, right);
         let terms = [
-            (pool.mul(slope, z), one.clone()),
-            (pool.product(&[k1, m12, s]), one.clone()),
-            (pool.mul(k1, k12), minus.clone()),
-            (pool.product(&[m1, m12, p]), minus.clone()),
+            (pool.mul(slope, z), Number::ONE),
+            (pool.product(&[k1, m12, s]), Number::ONE),
+            (pool.mul(k1, k12), Number::MINUS_ONE),
+            (pool.product(&[m1, m12, p]), Number::MINUS_ONE),
         ];
         let above = pool.linear(&terms);
         let (m, k) = (pool.square(m12), pool.square(k12));
-        let terms = [(pool.mul(m, p), one.clone()), (pool.product(&[m12, k12, s]), minus), (k, one)];
+        let terms =
+            [(pool.mul(m, p), Number::ONE), (pool.product(&[m12, k12, s]), Number::MINUS_ONE), (k, Number::ONE)];
         (above, pool.linear(&terms))
     }
 }

@@ -291,10 +291,7 @@ fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
         let number = (2 * j).checked_sub(i).filter(|number| *number <= degree);
         number.map_or_else(|| zero.clone(), |number| coefficients[degree - number].clone())
     };
-    let minor = |size: usize| {
-        let rows: Vec<Vec<Polynomial>> = (1..=size).map(|i| (1..=size).map(|j| entry(i, j)).collect()).collect();
-        determinant(rows)
-    };
+    let minor = |size: usize| determinant((1..=size).map(|i| (1..=size).map(|j| entry(i, j)).collect()).collect());
     let mut found = vec![first.clone()];
     let minors = (1..degree).rev().step_by(2).filter(|size| *size > 1).map(minor).collect::<Option<Vec<_>>>()?;
     // Opposite exponents, whatever the parameters are: they may be imaginary.
