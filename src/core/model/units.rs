@@ -83,34 +83,11 @@ const UNITS: &[Known] = &[
     angle("rpm", "1", 30, [0, 0, -1, 0, 0, 0, 0]),
 ];
 
-const PREFIXES: &[(&str, i32)] = &[
-    ("da", 1),
-    ("Q", 30),
-    ("R", 27),
-    ("Y", 24),
-    ("Z", 21),
-    ("E", 18),
-    ("P", 15),
-    ("T", 12),
-    ("G", 9),
-    ("M", 6),
-    ("k", 3),
-    ("h", 2),
-    ("d", -1),
-    ("c", -2),
-    ("m", -3),
-    ("u", -6),
-    ("µ", -6),
-    ("μ", -6),
-    ("n", -9),
-    ("p", -12),
-    ("f", -15),
-    ("a", -18),
-    ("z", -21),
-    ("y", -24),
-    ("r", -27),
-    ("q", -30),
-];
+/// The prefixes of the powers of 1000 from the tenth down; the power 0 has none.
+const BY_THOUSANDS: &str = "QRYZEPTGMk munpfazyrq";
+
+/// The others, each with its power of ten.
+const PREFIXES: [(&str, i32); 6] = [("da", 1), ("h", 2), ("d", -1), ("c", -2), ("µ", -6), ("μ", -6)];
 
 /// The names of the units, without prefixes.
 pub fn unit_names() -> impl Iterator<Item = &'static str> {
@@ -151,10 +128,11 @@ fn look_up(name: &str) -> Option<(&'static Known, i32)> {
     if let Some(known) = UNITS.iter().find(|known| known.name == name) {
         return Some((known, 0));
     }
-    PREFIXES.iter().find_map(|(prefix, exponent)| {
+    let by_thousands = BY_THOUSANDS.split_inclusive(|_| true).zip((-10..=10).rev().map(|power| 3 * power));
+    PREFIXES.into_iter().chain(by_thousands).find_map(|(prefix, exponent)| {
         let rest = name.strip_prefix(prefix)?;
         let known = UNITS.iter().find(|known| known.name == rest && known.prefixes)?;
-        Some((known, *exponent))
+        Some((known, exponent))
     })
 }
 
