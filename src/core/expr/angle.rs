@@ -191,13 +191,11 @@ impl Pool {
 
     /// The sum of `numerator/denominator*sqrt(radicand)`.
     fn surds(&mut self, terms: &[(i64, i64, i64)]) -> ExprId {
-        let terms: Vec<(ExprId, Number)> = terms
-            .iter()
-            .map(|(numerator, denominator, radicand)| {
-                let radicand = self.integer(*radicand);
-                (self.sqrt(radicand), ratio(*numerator, *denominator))
-            })
-            .collect();
+        let surd = |(numerator, denominator, radicand): &(i64, i64, i64)| {
+            let radicand = self.integer(*radicand);
+            (self.sqrt(radicand), ratio(*numerator, *denominator))
+        };
+        let terms: Vec<(ExprId, Number)> = terms.iter().map(surd).collect();
         self.linear(&terms)
     }
 

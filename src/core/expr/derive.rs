@@ -83,13 +83,8 @@ impl Pool {
         let mut wanted = symbols.to_vec();
         wanted.put_in_order();
         let slopes = self.slopes(root, |symbol| wanted.binary_search(&symbol).is_ok());
-        symbols
-            .iter()
-            .map(|symbol| {
-                let at = slopes.binary_search_by_key(symbol, |(symbol, _)| *symbol);
-                at.ok().and_then(|at| slopes.get(at)).map_or(ZERO, |(_, slope)| *slope)
-            })
-            .collect()
+        let slope = |symbol: &Symbol| slopes.binary_search_by_key(symbol, |own| own.0).map_or(ZERO, |at| slopes[at].1);
+        symbols.iter().map(slope).collect()
     }
 
     /// The partial derivatives by the wanted symbols that occur, in one reverse sweep: in order

@@ -160,12 +160,7 @@ impl Pool {
             Some(value) => !value.is_negative() && !value.is_zero(),
             None => base == PI,
         };
-        let is_positive_term = |term: ExprId| {
-            let factors = self.factors(term);
-            factors.iter().all(|(base, _)| is_positive(*base))
-        };
-        let terms = self.terms(e);
-        let mut terms = terms.iter();
-        terms.all(|(t, c)| !c.is_negative() && is_positive_term(*t))
+        let is_positive_term = |term: ExprId| self.factors(term).iter().all(|(base, _)| is_positive(*base));
+        self.terms(e).iter().all(|(t, c)| !c.is_negative() && is_positive_term(*t))
     }
 }

@@ -367,13 +367,9 @@ Error ModelError {
         name: String,
         /// Where the other is declared.
         declared: Option<Span>,
-    } => {
-        let diagnostic = at(*span, "an index needs a name of its own");
-        match declared {
-            Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
-            None => diagnostic.with_help("an outer index has this name"),
-        }
-    },
+    } => at(*span, "an index needs a name of its own")
+        .and_at(*declared, "declared here")
+        .or_help(declared.is_none().then(|| "an outer index has this name".to_owned())),
 
     /// A condition where a value is expected, or the reverse.
     #[error("{what}")]
@@ -443,10 +439,7 @@ Error ModelError {
     "E0132" BadIndices(span) {
         /// What is wrong.
         what: String,
-    } => at(
-        *span,
-        "all members of a family have as many indices, three at most",
-    ),
+    } => at(*span, "all members of a family have as many indices, three at most"),
 } else {
     /// The model grows beyond its budget.
     #[error(transparent)]
