@@ -209,6 +209,13 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.put(Piece::Place(kind, flat));
     }
 
+    /// A sign or a word with blanks on both sides, the first of which may end a line.
+    fn between(&mut self, kind: Break, sign: &'static str) {
+        self.place(kind, " ");
+        self.token(sign);
+        self.blank();
+    }
+
     /// What stands before one of several things that fill lines.
     fn comma(&mut self, position: usize) {
         if position > 0 {

@@ -105,9 +105,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.open(Group::Other);
         for (position, member) in members.iter().enumerate() {
             if position > 0 {
-                self.place(Break::Member, " ");
-                self.token(word);
-                self.blank();
+                self.between(Break::Member, word);
             }
             self.child(*member, least, manner);
         }
@@ -208,9 +206,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             ExprKind::Compare { operator, left, right } => {
                 self.open(Group::Other);
                 self.child(*left, Strength::Sum, inner_manner);
-                self.place(Break::Fill, " ");
-                self.token(operator.sign());
-                self.blank();
+                self.between(Break::Fill, operator.sign());
                 self.child(*right, Strength::Sum, inner_manner);
                 self.close();
             }
@@ -262,9 +258,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             }
         }
         if let Some(filter) = indices.filter {
-            self.place(Break::Fill, " ");
-            self.token("where");
-            self.blank();
+            self.between(Break::Fill, "where");
             self.child(filter, Strength::Any, Manner::Wide);
         }
         if brackets {

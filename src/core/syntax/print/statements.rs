@@ -82,9 +82,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             self.value(value);
         }
         if let Some(uncertainty) = binding.uncertainty {
-            self.place(Break::Fill, " ");
-            self.token("±");
-            self.blank();
+            self.between(Break::Fill, "±");
             self.put_expr(uncertainty);
         }
     }
@@ -123,9 +121,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.word("constraint");
                 self.for_each(indices.as_deref());
                 self.put_expr(*left);
-                self.place(Break::Fill, " ");
-                self.token("=");
-                self.blank();
+                self.between(Break::Fill, "=");
                 self.put_expr(*right);
             }
             StatementKind::Draw { drawn, indices, points } => {
