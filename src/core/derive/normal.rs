@@ -131,10 +131,7 @@ fn written_out(pool: &mut Algebra<'_>, shape: &Shape, vector: &[ExprId]) -> Vec<
     let root = pool.sqrt(shape.omega_squared);
     let all = pool.substitute(&all, &Substitution::from([(omega, root)]));
     // Zeros of cubics and quartics are only put into numbers.
-    if shape.is_long() {
-        return all;
-    }
-    all.into_iter().map(|e| pool.simplify(e)).collect()
+    if shape.is_long() { all } else { all.into_iter().map(|e| pool.simplify(e)).collect() }
 }
 
 impl Shape {

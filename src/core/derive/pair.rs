@@ -227,12 +227,8 @@ fn proportional_radicands(pool: &mut Pool, all: &[ExprId]) -> HashMap<ExprId, Ex
         let Some(inverse) = size.recip() else { continue };
         let whole = terms.into_iter().map(|(monomial, own)| (monomial, own.mul(&inverse))).collect();
         match first.get(&whole) {
-            Some((other, by)) => {
-                images.insert(sum, pool.scale(*other, &size.mul(by)));
-            }
-            None => {
-                first.insert(whole, (sum, inverse));
-            }
+            Some((other, by)) => _ = images.insert(sum, pool.scale(*other, &size.mul(by))),
+            None => _ = first.insert(whole, (sum, inverse)),
         }
     }
     images

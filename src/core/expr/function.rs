@@ -103,10 +103,7 @@ impl Pool {
             // c*x*y: the product under a coefficient; one step, products do not nest.
             return self.absolute(core);
         }
-        if self.flags(core).nonpositive {
-            return self.neg(core);
-        }
-        self.intern(Node::Function(Function::Abs, core))
+        if self.flags(core).nonpositive { self.neg(core) } else { self.intern(Node::Function(Function::Abs, core)) }
     }
 
     /// The angle of the point (x, y) in (-pi, pi]; of the origin [`Node::Undefined`].

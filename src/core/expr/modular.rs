@@ -109,10 +109,7 @@ pub fn sqrt_mod(a: u64) -> Option<u64> {
 
 /// What stands for exp(2*pi*i/order), where p has it; all of them are powers of one.
 pub(super) fn root_of_unity(order: u64) -> Option<u64> {
-    if order == 0 || !(PRIME - 1).is_multiple_of(order) {
-        return None;
-    }
-    Some(pow_mod(GENERATOR, (PRIME - 1) / order))
+    if order == 0 || !(PRIME - 1).is_multiple_of(order) { None } else { Some(pow_mod(GENERATOR, (PRIME - 1) / order)) }
 }
 
 /// The square root of a prime q that belongs to the [`root_of_unity`]s: Gauss's sum over
@@ -126,10 +123,7 @@ pub(super) fn sqrt_of_prime(q: u64) -> Option<u64> {
     let root = root_of_unity(q)?;
     // The sum of (a/q) r^a is the sum of r^(a^2) over all residues a.
     let sum = (0..q).fold(0, |sum, a| add_mod(sum, pow_mod(root, a * a % q)));
-    if q % 4 == 1 {
-        return Some(sum);
-    }
-    Some(mul_mod(sum, inverse_mod(root_of_unity(4)?)?))
+    if q % 4 == 1 { Some(sum) } else { Some(mul_mod(sum, inverse_mod(root_of_unity(4)?)?)) }
 }
 
 /// The fraction n/d with 2 n² and 2 d² below the modulus that is this residue; there is one at most. Wang's

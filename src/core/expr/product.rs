@@ -87,10 +87,7 @@ impl Pool {
     /// A power with a rational exponent. Powers that are not whole have values only of bases
     /// that are not negative: `(-8)^(1/3)` is [`Node::Undefined`]. `x^0` is 1.
     pub fn powr(&mut self, base: ExprId, exponent: &Number) -> ExprId {
-        if exponent.is_one() {
-            return base;
-        }
-        self.product_iter(std::iter::once((base, exponent.clone())))
+        if exponent.is_one() { base } else { self.product_iter(std::iter::once((base, exponent.clone()))) }
     }
 
     /// A whole power.

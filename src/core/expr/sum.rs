@@ -48,10 +48,7 @@ impl Pool {
 
     /// The difference of two expressions.
     pub fn sub(&mut self, a: ExprId, b: ExprId) -> ExprId {
-        if b == ZERO {
-            return a;
-        }
-        self.linear_iter([(a, Number::ONE), (b, Number::MINUS_ONE)].into_iter())
+        if b == ZERO { a } else { self.linear_iter([(a, Number::ONE), (b, Number::MINUS_ONE)].into_iter()) }
     }
 
     /// The opposite of an expression.

@@ -157,10 +157,7 @@ impl Grid {
         if singles.len() > 4 {
             parts.push("…".to_owned());
         }
-        if parts.is_empty() {
-            return format!("`{name}` has no members");
-        }
-        format!("there is {}", parts.join(", "))
+        if parts.is_empty() { format!("`{name}` has no members") } else { format!("there is {}", parts.join(", ")) }
     }
 }
 

@@ -111,10 +111,7 @@ impl Range {
     /// The value at a place (from 0), rounded to a double; `None` beyond the end.
     #[must_use]
     pub fn value(&self, place: usize) -> Option<f64> {
-        if place >= self.count {
-            return None;
-        }
-        Some(constant(&self.expression(place))?.mid_f64())
+        if place >= self.count { None } else { Some(constant(&self.expression(place))?.mid_f64()) }
     }
 }
 

@@ -131,9 +131,7 @@ fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
     let mut by_name = HashMap::new();
     let mut written = Vec::new();
     let mut add = |tensor: ExprRef, used: Span| match named(file, tensor) {
-        Some((name, _)) => {
-            by_name.entry(name).or_insert(used);
-        }
+        Some((name, _)) => _ = by_name.entry(name).or_insert(used),
         None => written.push((tensor, used)),
     };
     for expr in file.expressions.iter() {

@@ -287,9 +287,7 @@ Error SyntaxError {
         /// What stands there instead, or the end.
         found: String,
     } => at(*span, format!("{found} instead of a name")).with_help(match *statement {
-        "model" => {
-            "write `model NAME`; a name is a letter or `_`, then letters, digits and `_`, without quotes"
-        }
+        "model" => "write `model NAME`; a name is a letter or `_`, then letters, digits and `_`, without quotes",
         "force" => "write `force x = …`, with the coordinate that the force acts on",
         _ => "a name is a letter or `_`, then letters, digits and `_`",
     }),

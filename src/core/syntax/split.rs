@@ -112,11 +112,8 @@ impl<'s> Splitter<'s> {
     fn take(&mut self, token: Token, rest: Lexer<'s>) -> bool {
         if token.kind == TokenKind::Comment {
             let text = token.text(self.source).get(1..).unwrap_or("");
-            self.found.comments.push(Comment {
-                text: text.strip_suffix('\r').unwrap_or(text).into(),
-                span: token.span(),
-                trailing: !token.first_on_line,
-            });
+            let text = text.strip_suffix('\r').unwrap_or(text).into();
+            self.found.comments.push(Comment { text, span: token.span(), trailing: !token.first_on_line });
             return false;
         }
         if token.kind == TokenKind::Word && self.begins_statement(token, rest) {
@@ -153,11 +150,8 @@ impl<'s> Splitter<'s> {
         } else if !self.lost {
             self.lost = true;
             let next = next_token(rest);
-            let error = match self.lexical_error(token) {
-                Some(error) => error,
-                None => explain::no_statement(self.source, token, next),
-            };
-            self.found.errors.push(error);
+            let error = self.lexical_error(token);
+            self.found.errors.push(error.unwrap_or_else(|| explain::no_statement(self.source, token, next)));
         } else if let Some(previous) = self.previous {
             let next = next_token(rest);
             let error = explain::unknown_statement(self.source, previous, token, next);
@@ -367,13 +361,8 @@ impl<'s> Splitter<'s> {
             }
             TokenKind::Close => self.close(token),
             TokenKind::Prime | TokenKind::Caret | TokenKind::Dot => self.link(token),
-            TokenKind::Minus => {
-                if operand_before {
-                    self.end_operand();
-                } else {
-                    self.link(token);
-                }
-            }
+            TokenKind::Minus if operand_before => self.end_operand(),
+            TokenKind::Minus => self.link(token),
             TokenKind::Word => match token.text(self.source) {
                 "not" => {
                     self.nots += 1;
@@ -406,11 +395,8 @@ impl<'s> Splitter<'s> {
         if let Some(bracket) = self.brackets.last()
             && !piece.broken
         {
-            self.found.errors.push(SyntaxError::UnclosedBracket {
-                bracket: char::from(bracket.character),
-                open: bracket.span,
-                end: Span::new(piece.span.end, piece.span.end),
-            });
+            let (open, end) = (bracket.span, Span::new(piece.span.end, piece.span.end));
+            self.found.errors.push(SyntaxError::UnclosedBracket { bracket: bracket.character.into(), open, end });
             piece.broken = true;
         }
         self.found.statements.push(piece);
@@ -460,9 +446,7 @@ fn without_double_brackets(text: &str) -> String {
 /// The character as it can be shown: unseen ones by number.
 fn shown(run: &str) -> String {
     match run.chars().next() {
-        Some(c) if c.is_control() || c.is_whitespace() || is_invisible(c) => {
-            format!("U+{:04X}", u32::from(c))
-        }
+        Some(c) if c.is_control() || c.is_whitespace() || is_invisible(c) => format!("U+{:04X}", u32::from(c)),
         _ => run.chars().take(20).collect(),
     }
 }

@@ -109,11 +109,8 @@ impl Block {
             _ if at == last => form[3],
             _ => form[2],
         };
-        let lines = self.lines.iter().enumerate();
-        Self {
-            base: self.base,
-            lines: lines.map(|(at, line)| format!("{}{line}{}", side(left, at), side(right, at))).collect(),
-        }
+        let line = |(at, line): (usize, &String)| format!("{}{line}{}", side(left, at), side(right, at));
+        Self { base: self.base, lines: self.lines.iter().enumerate().map(line).collect() }
     }
 
     fn in_parentheses(self) -> Self {

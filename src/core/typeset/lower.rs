@@ -46,13 +46,8 @@ impl Notation {
     #[must_use]
     pub fn read(&self, text: &str) -> Option<Formula> {
         let file = parse(&format!("V = {text}\n")).ok()?;
-        match file.statements.as_slice() {
-            [statement] => match statement.kind {
-                StatementKind::Potential(at) => Some(self.formula(&file, at)),
-                _ => None,
-            },
-            _ => None,
-        }
+        let [statement] = file.statements.as_slice() else { return None };
+        if let StatementKind::Potential(at) = statement.kind { Some(self.formula(&file, at)) } else { None }
     }
 
     /// Expressions with signs between them: `a = b`, `a = b, if c <= d`, `a = b; or c = d`. On the left, `T` and
@@ -356,9 +351,7 @@ fn side_by_side(factors: Vec<Formula>) -> Formula {
         match factor {
             Formula::Product(inner) => row.extend(inner),
             Formula::Sum(_) if alone => return factor,
-            Formula::Sum(_) | Formula::Relation(_) | Formula::Between { .. } => {
-                row.push(factor.bracketed());
-            }
+            Formula::Sum(_) | Formula::Relation(_) | Formula::Between { .. } => row.push(factor.bracketed()),
             Formula::Total { .. } if at < last => row.push(factor.bracketed()),
             other => row.push(other),
         }

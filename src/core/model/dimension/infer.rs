@@ -171,9 +171,7 @@ impl<'a> Inference<'a> {
                     self.energy("period", *root, &base("s"), word(6));
                 }
             }
-            StatementKind::Table { name, .. } => {
-                self.tables.insert(&name.text);
-            }
+            StatementKind::Table { name, .. } => _ = self.tables.insert(&name.text),
             StatementKind::Model { .. } => {}
         }
     }

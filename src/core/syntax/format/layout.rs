@@ -179,9 +179,7 @@ pub(super) fn lay<'s>(pieces: &Pieces<'_>, placed: &Placed, comments: &'s [Comme
                     writer.open(at, *group, split);
                 }
             }
-            Piece::Close => {
-                writer.frames.pop();
-            }
+            Piece::Close => _ = writer.frames.pop(),
             Piece::Place(kind, _) => {
                 here.clear();
                 while let Some((_, comment)) = notes.next_if(|(place, _)| *place <= at) {
