@@ -131,10 +131,7 @@ impl Diagnostic {
     /// The same with a second place, if there is one.
     #[cfg(feature = "engine")]
     pub fn and_at(self, span: Option<Span>, text: &str) -> Self {
-        match span {
-            Some(span) => self.with_secondary(span, text),
-            None => self,
-        }
+        if let Some(span) = span { self.with_secondary(span, text) } else { self }
     }
 
     /// The same with a fix, if there is one.
@@ -157,10 +154,7 @@ impl Diagnostic {
 
     /// The same with a change of the text, if there is one.
     pub(crate) fn or_replacing(self, change: Option<&(Span, String)>) -> Self {
-        match change {
-            Some((span, text)) => self.replacing(*span, text),
-            None => self,
-        }
+        if let Some((span, text)) = change { self.replacing(*span, text) } else { self }
     }
 
     /// The same with the fix to write something else at a place.

@@ -152,10 +152,7 @@ fn quotient(pool: &mut Algebra<'_>, coordinate: usize, left: ExprId, rest: ExprI
 
 /// The angle of a sine or cosine.
 pub(super) fn angle(pool: &Pool, e: ExprId) -> Option<ExprId> {
-    match *pool.node(e) {
-        Node::Function(Function::Sin | Function::Cos, angle) => Some(angle),
-        _ => None,
-    }
+    if let Node::Function(Function::Sin | Function::Cos, angle) = *pool.node(e) { Some(angle) } else { None }
 }
 
 /// Gives the roots that don't exist everywhere their conditions.
@@ -187,10 +184,7 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
     }
     let highest = factors.iter().map(|(_, e)| e.abs()).max().filter(|e| *e > Number::ONE);
     let mut alone = (0..factors.len()).filter(|at| Some(factors[*at].1.abs()) == highest);
-    let alone = match (alone.next(), alone.next()) {
-        (Some(at), None) => Some(at),
-        _ => None,
-    };
+    let alone = if let (Some(at), None) = (alone.next(), alone.next()) { Some(at) } else { None };
     let number = pool.number(content.abs());
     let (left, right, is_above) = if let Some(at) = alone {
         let (base, exponent) = factors.remove(at);

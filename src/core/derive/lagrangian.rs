@@ -54,10 +54,7 @@ impl Variables {
 
     /// The partial derivative by the time.
     pub(super) fn by_time(&self, pool: &mut Pool, e: ExprId) -> ExprId {
-        match self.time {
-            Some(time) => pool.diff(e, time),
-            None => pool.zero(),
-        }
+        if let Some(time) = self.time { pool.diff(e, time) } else { pool.zero() }
     }
 
     /// Puts all velocities to 0.

@@ -310,10 +310,7 @@ impl MotionTerm {
 /// What moves times the text of a factor: p^2/(2*m), not 1/(2*m)*p^2.
 fn multiplied(factor: Option<String>, motion: &str) -> String {
     let Some(factor) = factor else { return motion.to_owned() };
-    match lone_divisor(&factor) {
-        Some(divisor) => format!("{motion}/{divisor}"),
-        None => format!("{factor}*{motion}"),
-    }
+    if let Some(divisor) = lone_divisor(&factor) { format!("{motion}/{divisor}") } else { format!("{factor}*{motion}") }
 }
 
 /// Adds a term to the text of a sum.

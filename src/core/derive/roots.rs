@@ -392,10 +392,7 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
 
 /// A square root, up to its sign, of an expression as it stands, even powers that are factors of it in front.
 pub(super) fn plain_root(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
-    match expand(pool, e, Opening::Outermost) {
-        Some(terms) => taken_out(pool, &terms, false),
-        None => pool.sqrt(e),
-    }
+    if let Some(terms) = expand(pool, e, Opening::Outermost) { taken_out(pool, &terms, false) } else { pool.sqrt(e) }
 }
 
 /// The root of a sum with the even powers that all terms have in common in front.

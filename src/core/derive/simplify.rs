@@ -443,10 +443,7 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
 
 /// A sum of one term as its coefficient and the term; all else is its own term.
 pub(super) fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
-    match pool.terms(e).as_slice() {
-        [(term, coefficient)] => (coefficient.clone(), *term),
-        _ => (Number::ONE, e),
-    }
+    if let [(term, coefficient)] = pool.terms(e).as_slice() { (coefficient.clone(), *term) } else { (Number::ONE, e) }
 }
 
 /// The sum of monomials with coefficients.

@@ -76,10 +76,7 @@ impl Pool {
     /// The quotient of two expressions; [`Node::Undefined`] where the divisor is exactly 0.
     pub fn div(&mut self, a: ExprId, b: ExprId) -> ExprId {
         if let Some(value) = self.as_number(b) {
-            return match value.recip() {
-                Some(inverse) => self.scale(a, &inverse),
-                None => UNDEFINED,
-            };
+            return if let Some(inverse) = value.recip() { self.scale(a, &inverse) } else { UNDEFINED };
         }
         self.product_iter([(a, Number::ONE), (b, Number::MINUS_ONE)].into_iter())
     }

@@ -132,10 +132,7 @@ impl Pool {
     /// An expression as `coefficient*core` with the core's coefficients whole and coprime and its
     /// leading one positive. Numbers are their own coefficient, with the core 1.
     pub(crate) fn split_content(&mut self, e: ExprId) -> (Number, ExprId) {
-        match self.as_number(e) {
-            Some(value) => (value.clone(), ONE),
-            None => self.split_coefficient(e, true),
-        }
+        if let Some(value) = self.as_number(e) { (value.clone(), ONE) } else { self.split_coefficient(e, true) }
     }
 
     /// The same of what is no number; the coefficient is positive where the core may have either sign.

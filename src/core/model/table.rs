@@ -203,10 +203,7 @@ impl Table {
 /// What messages quote of a field.
 pub(super) fn excerpt(field: &str) -> String {
     const MOST: usize = 40;
-    match field.char_indices().nth(MOST) {
-        Some((end, _)) => format!("{}…", &field[..end]),
-        None => field.to_owned(),
-    }
+    if let Some((end, _)) = field.char_indices().nth(MOST) { format!("{}…", &field[..end]) } else { field.to_owned() }
 }
 
 /// Decimal numbers as spreadsheets write them: with a sign, with `.5` and `5.` too.

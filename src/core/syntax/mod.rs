@@ -120,13 +120,10 @@ pub fn parse_readable(source: &str) -> (File, Vec<SyntaxError>) {
 
 /// Drops what is said about the uses of a reserved word that the file tries to declare.
 fn without_follow_ons(source: &str, mut errors: Vec<SyntaxError>) -> Vec<SyntaxError> {
-    let declared: HashSet<String> = errors
-        .iter()
-        .filter_map(|error| match error {
-            SyntaxError::ReservedName { name, .. } => Some(name.clone()),
-            _ => None,
-        })
-        .collect();
+    let name = |error: &SyntaxError| {
+        if let SyntaxError::ReservedName { name, .. } = error { Some(name.clone()) } else { None }
+    };
+    let declared: HashSet<String> = errors.iter().filter_map(name).collect();
     if !declared.is_empty() {
         errors.retain(|error| {
             let used = source.get(error.span().range());

@@ -200,10 +200,7 @@ impl Dialect {
     fn applied(&self, name: &str, power: Option<&Formula>, arguments: &[Formula]) -> String {
         let is_e = name == "exp" && arguments.is_empty();
         let name = if is_e { self.e.to_owned() } else { (self.function)(name) };
-        let name = match power {
-            Some(power) => framed(&self.power, &[&name, &power.written(self)]),
-            None => name,
-        };
+        let name = if let Some(power) = power { framed(&self.power, &[&name, &power.written(self)]) } else { name };
         let inner = || self.joined(arguments.iter().map(|own| own.written(self)), self.commas[1]);
         match arguments {
             [] => name,

@@ -21,10 +21,7 @@ impl<'a> Inference<'a> {
                 IndexKind::Range { variable, from, to } => {
                     self.count(*from);
                     self.count(*to);
-                    match variable {
-                        Some(name) => (name, None),
-                        None => continue,
-                    }
+                    if let Some(name) = variable { (name, None) } else { continue }
                 }
                 IndexKind::Rows { variable, table } => (variable, Some(table.text.as_str())),
             };

@@ -102,9 +102,6 @@ impl Dimension {
 /// In words: `a force`, or `a quantity in kg*m^3` where there is no word.
 impl std::fmt::Display for Dimension {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match names::word(self) {
-            Some(word) => f.write_str(word),
-            None => write!(f, "a quantity in {}", self.unit()),
-        }
+        if let Some(word) = names::word(self) { f.write_str(word) } else { write!(f, "a quantity in {}", self.unit()) }
     }
 }

@@ -280,10 +280,7 @@ impl Builder {
             }
         }
         let from = required(from, span)?;
-        Ok(match to {
-            Some(to) => IndexKind::Range { variable, from, to },
-            None => IndexKind::Member(from),
-        })
+        Ok(if let Some(to) = to { IndexKind::Range { variable, from, to } } else { IndexKind::Member(from) })
     }
 }
 
