@@ -26,7 +26,7 @@
 use super::normal::Abbreviation;
 use super::roots::root;
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Pool, ratio};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::Function;
@@ -152,10 +152,6 @@ fn zeros(pool: &mut Algebra<'_>, names: &mut Names<'_>, sums: &[ExprId], biquadr
         [a, b, c, d] => quartic(pool, names, [a, b, c, d], biquadratic),
         _ => Zeros { all: Vec::new(), family: None },
     }
-}
-
-fn ratio(numerator: i64, denominator: i64) -> Number {
-    Number::ratio(numerator, denominator).unwrap_or_default()
 }
 
 fn shortened(pool: &mut Algebra<'_>, make: impl FnOnce(&mut Pool) -> ExprId) -> ExprId {

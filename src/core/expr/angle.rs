@@ -21,7 +21,8 @@ pub(super) enum Triangle {
     Legs { y: ExprId, x: ExprId },
 }
 
-fn ratio(numerator: i64, denominator: i64) -> Number {
+/// A fraction of which the denominator is not 0.
+pub(crate) fn ratio(numerator: i64, denominator: i64) -> Number {
     Number::ratio(numerator, denominator).unwrap_or_default()
 }
 

@@ -61,6 +61,7 @@ use crate::budget::{Budget, Held};
 use crate::number::Number;
 
 pub use crate::precision::Function;
+pub(crate) use angle::ratio;
 pub use derive::Derivatives;
 pub use integral::Exponentials;
 pub use modular::{
