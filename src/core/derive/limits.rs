@@ -329,10 +329,8 @@ fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut 
     case.normal = None;
     case.waves.clear();
     let mut frequencies: Vec<Frequency> = Vec::new();
-    let mut values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
-    if let Some(drawn) = drawn(pool, &values) {
-        values = drawn;
-    }
+    let values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
+    let values = drawn(pool, &values).unwrap_or(values);
     for (mut form, value) in case.frequencies.drain(..).zip(values) {
         if pool.is_undefined(value) {
             case.complete = false;

@@ -473,8 +473,8 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
             sum.push(with_factor(pool, value, &common));
             break;
         };
-        let (with, without): (Vec<_>, Vec<_>) =
-            inner.into_iter().partition(|(monomial, _)| has_factor(monomial, &best));
+        let has = |own: &Monomial| power_of(own, best.0).is_some_and(|power| power.is_negative() == best.1);
+        let (with, without): (Vec<_>, Vec<_>) = inner.into_iter().partition(|(monomial, _)| has(monomial));
         if common.is_empty() {
             sum.push(factor(pool, with, nested + 1));
             terms = without;
@@ -537,10 +537,6 @@ pub(super) fn times(a: &Monomial, b: &Monomial, power: &Number) -> Monomial {
 
 /// A base and the side of the fraction bar it stands on.
 type Side = (ExprId, bool);
-
-fn has_factor(monomial: &Monomial, (base, below): &Side) -> bool {
-    power_of(monomial, *base).is_some_and(|power| power.is_negative() == *below)
-}
 
 /// The base that stands in most terms, in two at least; the oldest of several.
 fn most_frequent(terms: &[(Monomial, Number)]) -> Option<Side> {

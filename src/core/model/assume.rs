@@ -122,6 +122,7 @@ impl Model {
     /// value is.
     #[must_use]
     pub fn assumed(&self) -> Cow<'_, Model> {
+        let is_bars = |node: &Node| matches!(node, Node::Function(Function::Abs, _));
         if self.assumptions.is_empty() && !self.pool.contains(is_bars) {
             return Cow::Borrowed(self);
         }
@@ -252,8 +253,4 @@ fn chain(pool: &mut Pool, nonnegative: &mut Vec<ExprId>) {
         }
         last += 1;
     }
-}
-
-fn is_bars(node: &Node) -> bool {
-    matches!(node, Node::Function(Function::Abs, _))
 }

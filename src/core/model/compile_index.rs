@@ -16,14 +16,11 @@ impl Compiler<'_> {
         self.index_ops(root, scope)
     }
 
-    fn is_condition(&self, at: ExprRef) -> bool {
-        let kind = &self.file.expr(at).kind;
-        matches!(kind, ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_))
-    }
-
     /// Refuses a number for a condition, and a condition for a number.
     fn expect(&mut self, at: ExprRef, condition: bool) {
-        if self.is_condition(at) != condition {
+        let kind = &self.file.expr(at).kind;
+        if matches!(kind, ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_)) != condition
+        {
             let what = if condition {
                 "a condition is expected here, not a number"
             } else {

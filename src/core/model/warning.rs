@@ -129,7 +129,8 @@ impl Model {
     pub fn warnings(&self, file: &File) -> Vec<Diagnostic> {
         let mut found = unused_names(file);
         found.extend(decimal_ranges(file));
-        found.extend(period_without_time(self));
+        let period = self.period.filter(|_| self.time_dependent.is_none());
+        found.extend(period.map(|period| Warning::PeriodWithoutTime { span: period.span }));
         found.extend(inertia_without_velocity(file, self));
         found.extend(rates_beside_other_units(file, self));
         found.extend(units_of_others(file, self));
@@ -213,12 +214,6 @@ fn decimal_ranges(file: &File) -> Vec<Warning> {
         found.extend(values.into_iter().filter_map(decimal));
     }
     found
-}
-
-/// A `period` statement in a model that the time leaves alone.
-fn period_without_time(model: &Model) -> Option<Warning> {
-    let period = model.period?;
-    model.time_dependent.is_none().then_some(Warning::PeriodWithoutTime { span: period.span })
 }
 
 /// The first coordinate or family that T depends on at rest, but not on its velocity, or T itself if there are no velocities in it.
