@@ -266,20 +266,16 @@ impl<'a> Checker<'a> {
         };
         for ((id, x), value) in arguments.into_iter().zip(values) {
             match only {
-                Resolve::Angles => {
-                    if value.is_positive() && Ball::PI.sub(&value).is_positive() {
-                        images.insert(id, x);
-                        let rest = pool.sub(pool.pi(), x);
-                        signs.extend([sign(pool, x, false), sign(pool, rest, false)]);
-                    }
+                Resolve::Angles if value.is_positive() && Ball::PI.sub(&value).is_positive() => {
+                    images.insert(id, x);
+                    let rest = pool.sub(pool.pi(), x);
+                    signs.extend([sign(pool, x, false), sign(pool, rest, false)]);
                 }
-                Resolve::Sizes => {
-                    let negative = value.is_negative();
-                    if value.is_positive() || negative {
-                        images.insert(id, if negative { pool.neg(x) } else { x });
-                        signs.insert(sign(pool, x, negative));
-                    }
+                Resolve::Sizes if value.is_positive() || value.is_negative() => {
+                    images.insert(id, if value.is_negative() { pool.neg(x) } else { x });
+                    signs.insert(sign(pool, x, value.is_negative()));
                 }
+                Resolve::Angles | Resolve::Sizes => {}
             }
         }
         images
@@ -368,10 +364,7 @@ impl<'a> Checker<'a> {
         };
         let value = |symbol| self.wide_value(pool, symbol);
         let columns = waves(pool, forms, (places, at), (numbers, modes), BITS, value)?;
-        let power = |place: usize| match place.checked_sub(1) {
-            None => 2 * units.rate(),
-            Some(at) => units.of_shapes(at),
-        };
+        let power = |place: usize| place.checked_sub(1).map_or(2 * units.rate(), |at| units.of_shapes(at));
         let measured =
             |column: &Vec<Big>| column.iter().enumerate().map(|(place, x)| x.scale(-power(place)).to_ball()).collect();
         Some(columns.iter().map(measured).collect())

@@ -130,11 +130,10 @@ fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coef
             let opposite = coefficient.neg();
             let without = changed(monomial, &[(*base, -2)]);
             let counterpart = pool.apply(other, x);
-            if monomials.get(&without) == Some(&opposite) {
-                let new = changed(&without, &[(counterpart, 2)]);
-                return Some(([Some(monomial.clone()), Some(without)], vec![(new, opposite)]));
-            }
             let partner = changed(&without, &[(counterpart, 2)]);
+            if monomials.get(&without) == Some(&opposite) {
+                return Some(([Some(monomial.clone()), Some(without)], vec![(partner, opposite)]));
+            }
             if own == Function::Cos && monomials.get(&partner) == Some(&opposite) {
                 let doubled = pool.scale(x, &two);
                 let cosine = pool.cos(doubled);

@@ -179,15 +179,14 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
         let velocities = drift.is_some();
         let moved = |at: usize| if velocities { Motion::Velocity(at) } else { Motion::Displacement(at) };
         let others = (0..directions.len()).filter(|i| !free.contains(i));
-        let follows = others
-            .map(|i| {
-                let terms = directions[i].iter().zip(&free);
-                let terms = terms.map(|(value, at)| MotionTerm::new(*value, &[(moved(*at), 1)]));
-                let places = drift.iter().flat_map(|rows| rows[i].iter().enumerate());
-                let places = places.map(|(at, value)| MotionTerm::new(*value, &[(Motion::Displacement(at), 1)]));
-                (i, MotionSum::new(pool, terms.chain(places)))
-            })
-            .collect();
+        let follows = others.map(|i| {
+            let terms = directions[i].iter().zip(&free);
+            let terms = terms.map(|(value, at)| MotionTerm::new(*value, &[(moved(*at), 1)]));
+            let places = drift.iter().flat_map(|rows| rows[i].iter().enumerate());
+            let places = places.map(|(at, value)| MotionTerm::new(*value, &[(Motion::Displacement(at), 1)]));
+            (i, MotionSum::new(pool, terms.chain(places)))
+        });
+        let follows = follows.collect();
         tangent.reduced = Some(Reduced { free, directions, follows, velocities, derivation: Box::new(derivation) });
     }
     linear.tangent = Some(tangent);

@@ -105,13 +105,8 @@ impl Names<'_> {
 pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], before: usize) -> Option<(u64, Solved)> {
     let letter = model.unused_name(&["n", "j", "r", "u"]);
     let mut written = Names { model: None, suffix: String::new(), coefficients: false, given: Vec::new() };
-    let biquadratic = match sums {
-        [a, b, c, _] => {
-            let q = middle(pool, *a, *b, *c);
-            pool.vanishes(q)
-        }
-        _ => false,
-    };
+    let q = if let [a, b, c, _] = sums { Some(middle(pool, *a, *b, *c)) } else { None };
+    let biquadratic = q.is_some_and(|q| pool.vanishes(q));
     let found = zeros(pool, &mut written, sums, biquadratic, &letter);
     let all: Vec<ExprId> = found.all.iter().map(|terms| pool.sum(terms)).collect();
     let mut best: Option<(u64, Solved)> = None;

@@ -308,10 +308,7 @@ impl Found<'_, '_> {
             }
             [c, b, a] => {
                 let [middle, square, _] = self.middle(c, b, a);
-                let zeros = self.pair(square, true)?.map(|(real, imaginary)| {
-                    let real = self.pool.add(middle, real);
-                    (real, imaginary)
-                });
+                let zeros = self.pair(square, true)?.map(|(real, imaginary)| (self.pool.add(middle, real), imaginary));
                 Some((zeros.to_vec(), self.damping_ratio(c, b, a)))
             }
             [c, _, b, _, a] if even => Some((self.of_squares(c, b, a)?, None)),

@@ -80,31 +80,28 @@ pub(super) fn normal_coordinates(
     let mut sorted: Vec<(Ball, Shape)> = checker.evaluate(pool, &squares)?.into_iter().zip(shapes).collect();
     sorted.order_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
     let shapes: Vec<Shape> = sorted.into_iter().map(|(_, shape)| shape).collect();
-    let columns: Vec<Column> = shapes
-        .iter()
-        .map(|shape| {
-            let vector = shape.along(count, pool);
-            let mut all = written_out(pool, shape, &vector).into_iter();
-            let mass = all.next().unwrap_or_else(|| pool.undefined());
-            Column { omega_squared: shape.omega_squared, mass, vector: all.collect() }
-        })
-        .collect();
+    let columns = shapes.iter().map(|shape| {
+        let vector = shape.along(count, pool);
+        let mut all = written_out(pool, shape, &vector).into_iter();
+        let mass = all.next().unwrap_or_else(|| pool.undefined());
+        Column { omega_squared: shape.omega_squared, mass, vector: all.collect() }
+    });
+    let columns: Vec<Column> = columns.collect();
     if !checker.are_modes(pool, pair, &columns) {
         return None;
     }
     let model = checker.model;
     let mut page = Page::new(model);
     let modes = columns.iter().zip(&shapes).enumerate();
-    let modes = modes
-        .map(|(r, (column, shape))| {
-            let omega = shape.is_long().then(|| variable(pool, &page.omega, r));
-            let amplitudes = match omega {
-                Some(omega) => shape.in_terms_of(pool, count, omega),
-                None => normalised(pool, &column.vector, column.mass),
-            };
-            NormalMode { omega_squared: column.omega_squared, symmetry: shape.symmetry.clone(), amplitudes, omega }
-        })
-        .collect();
+    let modes = modes.map(|(r, (column, shape))| {
+        let omega = shape.is_long().then(|| variable(pool, &page.omega, r));
+        let amplitudes = match omega {
+            Some(omega) => shape.in_terms_of(pool, count, omega),
+            None => normalised(pool, &column.vector, column.mass),
+        };
+        NormalMode { omega_squared: column.omega_squared, symmetry: shape.symmetry.clone(), amplitudes, omega }
+    });
+    let modes = modes.collect();
     let mut terms = vec![Vec::new(); count];
     for (r, shape) in shapes.iter().enumerate() {
         let amplitudes = page.amplitudes(pool, (count, r), shape);
@@ -245,28 +242,26 @@ impl Page {
     fn abbreviations(&self, pool: &mut Pool) -> Vec<Abbreviation> {
         // `omega[r]`, and ratios that are given in it.
         let any = format!("[{}]", self.number);
-        let parts = self.parts.iter();
-        parts
-            .map(|(letter, value, modes)| {
-                let family = |own: Symbol| Some((own, pool.symbol_name(own).strip_suffix(&any)?.to_owned()));
-                let numbered: Vec<(Symbol, String)> = pool.symbols(*value).into_iter().filter_map(family).collect();
-                // Of a single mode it is said with its number.
-                if let ([_, ..], [r]) = (numbered.as_slice(), modes.as_slice()) {
-                    let own = numbered.iter().map(|(own, family)| (*own, variable(pool, family, *r)));
-                    let map: Substitution = own.gather();
-                    let names = vec![format!("{letter}[{}]", r + 1)];
-                    return Abbreviation { names, value: pool.substitute_one(*value, &map), modes: None };
-                }
-                let (names, modes) = if !numbered.is_empty() {
-                    let name = format!("{letter}[{}]", self.number);
-                    (vec![name], Some((self.number.clone(), modes.clone())))
-                } else {
-                    let names = modes.iter().map(|r| format!("{letter}[{}]", r + 1));
-                    (names.collect(), None)
-                };
-                Abbreviation { names, value: *value, modes }
-            })
-            .collect()
+        let all = self.parts.iter().map(|(letter, value, modes)| {
+            let family = |own: Symbol| Some((own, pool.symbol_name(own).strip_suffix(&any)?.to_owned()));
+            let numbered: Vec<(Symbol, String)> = pool.symbols(*value).into_iter().filter_map(family).collect();
+            // Of a single mode it is said with its number.
+            if let ([_, ..], [r]) = (numbered.as_slice(), modes.as_slice()) {
+                let own = numbered.iter().map(|(own, family)| (*own, variable(pool, family, *r)));
+                let map: Substitution = own.gather();
+                let names = vec![format!("{letter}[{}]", r + 1)];
+                return Abbreviation { names, value: pool.substitute_one(*value, &map), modes: None };
+            }
+            let (names, modes) = if !numbered.is_empty() {
+                let name = format!("{letter}[{}]", self.number);
+                (vec![name], Some((self.number.clone(), modes.clone())))
+            } else {
+                let names = modes.iter().map(|r| format!("{letter}[{}]", r + 1));
+                (names.collect(), None)
+            };
+            Abbreviation { names, value: *value, modes }
+        });
+        all.collect()
     }
 
     /// 1/2 sum of (Q'^2 - omega^2 Q^2)

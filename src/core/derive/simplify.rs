@@ -335,10 +335,8 @@ pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, Expr
 /// Whether there is a sum of several terms to work on, outside of closed parts.
 fn has_sums(pool: &Pool, e: ExprId) -> bool {
     let terms = pool.terms(e);
-    terms.len() > 1
-        || terms
-            .iter()
-            .any(|(term, _)| is_product_with(pool, *term, |base, exponent| opens(exponent) && pool.is_sum(base)))
+    let is_open = |base, exponent: &Number| opens(exponent) && pool.is_sum(base);
+    terms.len() > 1 || terms.iter().any(|(term, _)| is_product_with(pool, *term, is_open))
 }
 
 /// Whether functions are among the factors of a single term.

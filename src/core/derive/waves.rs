@@ -88,14 +88,10 @@ pub(super) fn normal_waves(
     }
     let normals = free(checker.model, &["Q", "eta", "xi", "zeta"]);
     let omegas = free(checker.model, &["omega", "Omega", "w", "nu"]);
-    lattices
-        .iter()
-        .zip(&case.series)
-        .enumerate()
-        .map(|(at, (lattice, series))| {
-            waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
-        })
-        .collect()
+    let waves = lattices.iter().zip(&case.series).enumerate().map(|(at, (lattice, series))| {
+        waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
+    });
+    waves.collect()
 }
 
 /// Those names that a model does not use.
@@ -188,13 +184,10 @@ fn waves_of(
         sums.push(alone);
         sums.order_by_key(|sum| sum.numbers.first().map(|own| own.1));
     }
+    let size = |own: &Dimension| i64::try_from(own.size).unwrap_or(0);
     let waves = NormalWaves {
         order: lattice.order.clone(),
-        places: places
-            .iter()
-            .zip(dimensions)
-            .map(|(letter, own)| (letter.name.clone(), i64::try_from(own.size).unwrap_or(0)))
-            .collect(),
+        places: places.iter().zip(dimensions).map(|(letter, own)| (letter.name.clone(), size(own))).collect(),
         sums,
         normal: normal.clone(),
         omega: omega.clone(),

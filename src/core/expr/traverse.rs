@@ -149,14 +149,12 @@ impl Pool {
         }
         ids.reverse();
         let mut count = 0;
-        let before = bits
-            .iter()
-            .map(|word| {
-                let before = count;
-                count += word.count_ones() as usize;
-                before
-            })
-            .collect();
+        let before = bits.iter().map(|word| {
+            let before = count;
+            count += word.count_ones() as usize;
+            before
+        });
+        let before = before.collect();
         Reachable { ids, index: Index::Dense { bits, before } }
     }
 

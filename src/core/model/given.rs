@@ -135,12 +135,10 @@ impl Elaborator<'_> {
         let found = self.note(found)?;
         self.check_accelerations(&found, root, "a force");
         let span = binding.name.span;
-        let own: HashSet<u32> = found
-            .iter()
-            .flat_map(|family| {
-                (0..family.count).filter_map(|at| family.coordinates_of(at).get(family.acts_on?).copied())
-            })
-            .collect();
+        let own = found.iter().flat_map(|family| {
+            (0..family.count).filter_map(|at| family.coordinates_of(at).get(family.acts_on?).copied())
+        });
+        let own: HashSet<u32> = own.collect();
         for number in own {
             if let Some(first) = acted.insert(number, span) {
                 let name = format!("the force on {}", self.world.coordinates.at(number as usize).name());

@@ -218,12 +218,11 @@ impl Equations {
             (Quantity::List(parts), _) | (_, Quantity::List(parts)) => parts.len(),
             _ => return self.product(u.clone(), v.clone(), false, span),
         };
-        let terms: Vec<(Quantity, Span)> = (0..length)
-            .filter_map(|at| {
-                let (a, b) = (u.element(at)?, v.element(at)?);
-                Some((self.product(a, b, false, span), span))
-            })
-            .collect();
+        let terms = (0..length).filter_map(|at| {
+            let (a, b) = (u.element(at)?, v.element(at)?);
+            Some((self.product(a, b, false, span), span))
+        });
+        let terms: Vec<(Quantity, Span)> = terms.collect();
         self.alike(&terms, &Context::Sum)
     }
 }
