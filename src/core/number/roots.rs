@@ -50,16 +50,28 @@ impl Number {
         if !self.is_integer() || self.is_negative() || self.is_zero() {
             return factors;
         }
-        match self.to_i64() {
-            Some(value) => factor_small(value.unsigned_abs(), &mut factors),
-            None => factor_big(self.numerator().unsigned_abs(), &mut factors),
+        let mut push = |base: UBig, multiplicity| {
+            factors.push(Factor { base: Number::from_integer(base.into()), multiplicity });
+        };
+        let mut rest = self.numerator().unsigned_abs();
+        for p in trial_divisors() {
+            if rest < UBig::from(p * p) {
+                // A prime, or 1.
+                break;
+            }
+            let divisor = UBig::from(p);
+            if let Some(multiplicity) = rest.remove(&divisor)
+                && multiplicity > 0
+            {
+                push(divisor, u32::try_from(multiplicity).unwrap_or(u32::MAX));
+            }
+        }
+        if !rest.is_one() {
+            let (base, multiplicity) = as_power(rest);
+            push(base, multiplicity);
         }
         factors
     }
-}
-
-fn push(factors: &mut Vec<Factor>, base: UBig, multiplicity: u32) {
-    factors.push(Factor { base: Number::from_integer(base.into()), multiplicity });
 }
 
 /// 2, 3, 5 and the numbers coprime to 30 up to the limit; composites among them divide nothing.
@@ -69,46 +81,9 @@ fn trial_divisors() -> impl Iterator<Item = u64> {
     [2, 3, 5].into_iter().chain(wheel.skip(1)).take_while(|p| *p < TRIAL_LIMIT)
 }
 
-fn factor_small(mut n: u64, factors: &mut Vec<Factor>) {
-    for p in trial_divisors() {
-        if p * p > n {
-            break;
-        }
-        let mut multiplicity = 0;
-        while n.is_multiple_of(p) {
-            n /= p;
-            multiplicity += 1;
-        }
-        if multiplicity > 0 {
-            push(factors, UBig::from(p), multiplicity);
-        }
-    }
-    if n < TRIAL_LIMIT * TRIAL_LIMIT {
-        if n > 1 {
-            push(factors, UBig::from(n), 1);
-        }
-    } else {
-        push_rest(UBig::from(n), factors);
-    }
-}
-
-fn factor_big(mut n: UBig, factors: &mut Vec<Factor>) {
-    for p in trial_divisors() {
-        let divisor = UBig::from(p);
-        if let Some(multiplicity) = n.remove(&divisor)
-            && multiplicity > 0
-        {
-            push(factors, divisor, u32::try_from(multiplicity).unwrap_or(u32::MAX));
-        }
-    }
-    if !n.is_one() {
-        push_rest(n, factors);
-    }
-}
-
-/// What trial division left: no prime factor below 1000, so that a k-th power has k at most
+/// What trial division left as a power: it is a prime, or has no prime factor below 1000, so that a k-th power has k at most
 /// bits / log2(1000).
-fn push_rest(mut rest: UBig, factors: &mut Vec<Factor>) {
+fn as_power(mut rest: UBig) -> (UBig, u32) {
     const PRIMES: [usize; 18] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61];
     let mut multiplicity = 1;
     for k in PRIMES {
@@ -124,5 +99,5 @@ fn push_rest(mut rest: UBig, factors: &mut Vec<Factor>) {
             multiplicity *= k as u32;
         }
     }
-    push(factors, rest, multiplicity);
+    (rest, multiplicity)
 }
