@@ -7,7 +7,7 @@ use dashu_int::IBig;
 
 use super::elimination::common_denominator;
 use crate::number::Number;
-use crate::precision::{Ball, Function, Root, Scalar, power};
+use crate::precision::{Ball, Function, Root, Scalar, nth_root, power};
 
 /// Sums of more roots than this are no such numbers.
 const MOST_TERMS: usize = 16;
@@ -166,13 +166,7 @@ impl Surd {
         if self.is_rational() {
             return factor;
         }
-        let radicand = S::from_number(&self.radicand, precision);
-        factor.mul(&if self.index == 2 {
-            radicand.sqrt()
-        } else {
-            let index = Number::from(i64::from(self.index)).recip();
-            radicand.pow(&S::from_number(&index.unwrap_or(Number::ONE), precision))
-        })
+        factor.mul(&nth_root(S::from_number(&self.radicand, precision), self.index, precision))
     }
 }
 

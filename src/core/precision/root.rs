@@ -1,7 +1,19 @@
 use dashu_int::IBig;
 
-use super::Big;
+use super::{Big, Scalar};
 use crate::number::Number;
+
+/// The root of the order `index`, positive, of a number that is not negative.
+pub(crate) fn nth_root<S: Scalar>(radicand: S, index: u32, precision: S::Precision) -> S {
+    match index {
+        1 => radicand,
+        2 => radicand.sqrt(),
+        index => {
+            let inverse = Number::from(i64::from(index)).recip();
+            radicand.pow(&S::from_number(&inverse.unwrap_or(Number::ONE), precision))
+        }
+    }
+}
 
 /// A positive root of a positive whole number: radicand^(1/index).
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,15 +34,7 @@ impl Default for Root {
 impl Root {
     /// The number with so many bits.
     pub fn value(&self, bits: usize) -> Big {
-        let radicand = Big::from_parts(self.radicand.clone(), 0, bits);
-        match self.index {
-            1 => radicand,
-            2 => radicand.sqrt(),
-            index => {
-                let inverse = Number::from(i64::from(index)).recip();
-                radicand.pow(&Big::from_number(&inverse.unwrap_or(Number::ONE), bits))
-            }
-        }
+        nth_root(Big::from_parts(self.radicand.clone(), 0, bits), self.index, bits)
     }
 }
 
