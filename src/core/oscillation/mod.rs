@@ -291,14 +291,12 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
         |zero_modes: &[ZeroMode]| -> Vec<Vec<Ball>> { zero_modes.iter().map(|mode| mode.vector.clone()).collect() };
     let mut problem = Problem { dimension, mass, stiffness, zero_vectors: vectors(&zero_modes) };
     // The classes are read off the shapes, which are made for them where that is cheap.
-    let wanted = options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES;
     let sparse = |matrix: &[Ball]| SparseMatrix::from_dense(dimension, matrix);
-    let labels = (wanted && !linearized.is_constrained() && dimension <= symmetry::MOST_COORDINATES)
-        .then(|| match linearized.whole() {
-            Some((mass, stiffness)) if linearized.is_reduced() => symmetry::labels(linearized, &mass, &stiffness),
-            Some(_) | None => symmetry::labels(linearized, &sparse(&problem.mass), &sparse(&problem.stiffness)),
-        })
-        .flatten();
+    let whole = (dimension <= symmetry::MOST_COORDINATES && has_shapes(dimension, options)).then(|| linearized.whole());
+    let labels = whole.flatten().and_then(|(mass, stiffness)| match linearized.is_reduced() {
+        true => symmetry::labels(linearized, &mass, &stiffness),
+        false => symmetry::labels(linearized, &sparse(&problem.mass), &sparse(&problem.stiffness)),
+    });
     let inner = Options { vectors: options.vectors || labels.is_some(), ..options.clone() };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
         let zeros = zero_modes.len();
@@ -324,6 +322,11 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
     Ok(with_names(linearized, spectrum, labels, zero_motions(zero_modes), options))
 }
 
+/// Whether shapes are made, at least for the classes.
+fn has_shapes(n: usize, options: &Options) -> bool {
+    options.vectors || n <= MOST_SHAPES_FOR_CLASSES
+}
+
 /// The modes of a spectrum with their classes.
 fn with_names(
     linearized: &Linearized,
@@ -332,19 +335,13 @@ fn with_names(
     zero_motions: Vec<String>,
     options: &Options,
 ) -> NormalModes {
-    // Symmetries are those of all coordinates.
-    let embedded: Vec<(Vec<f64>, f64)> = if labels.is_some() && linearized.is_reduced() {
-        spectrum.modes.iter().map(|mode| linearized.embed(&mode.vector, mode.vector_error_bound)).collect()
-    } else {
-        Vec::new()
-    };
-    let vectors: Vec<(&[f64], f64)> = if embedded.is_empty() {
-        spectrum.modes.iter().map(|mode| (mode.vector.as_slice(), mode.vector_error_bound)).collect()
-    } else {
-        embedded.iter().map(|(vector, bound)| (vector.as_slice(), *bound)).collect()
-    };
     let point_group = labels.as_ref().and_then(|labels| labels.group.clone());
-    let mut classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors)).into_iter();
+    let classes = labels.map(|mut labels| {
+        // Symmetries are those of all coordinates.
+        let whole = spectrum.modes.iter().map(|mode| linearized.embed(&mode.vector, mode.vector_error_bound));
+        labels.of(&whole.collect::<Vec<_>>())
+    });
+    let mut classes = classes.into_iter().flatten();
     let modes = spectrum
         .modes
         .into_iter()

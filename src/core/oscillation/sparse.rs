@@ -1,6 +1,6 @@
 //! Some modes of a large model, from sparse matrices, and all of tridiagonal ones.
 
-use super::{MOST_SHAPES_FOR_CLASSES, NormalModes, exponents, named, symmetry, with_names, zero_motions};
+use super::{NormalModes, exponents, has_shapes, named, symmetry, with_names, zero_motions};
 use crate::linearize::{LinearizeError, Linearized, MOST_COORDINATES, Structure, ZeroMode};
 use crate::modes::exponents::Exponents;
 use crate::modes::{
@@ -197,17 +197,11 @@ fn in_words(
     options: &Options,
 ) -> NormalModes {
     let n = linearized.dimension();
-    let labels = (has_shapes(n, options) && n <= symmetry::MOST_COORDINATES)
-        .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
-        .flatten();
+    let labels =
+        has_shapes(n, options).then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness)).flatten();
     let mut modes = with_names(linearized, spectrum, labels, zero_motions(zero_modes), options);
     modes.method = Some(method);
     modes
-}
-
-/// Whether shapes are made, at least for the classes.
-fn has_shapes(n: usize, options: &Options) -> bool {
-    options.vectors || n <= MOST_SHAPES_FOR_CLASSES
 }
 
 /// All modes, but for what [`Options::lowest`] leaves out, where M is diagonal and K tridiagonal and bounds tell them apart; `None` elsewhere.

@@ -30,7 +30,7 @@ impl Labels {
     ///
     /// Where a mirror leaves some without a class, vectors of one frequency may be exchanged by more
     /// than it: then the whole group with signs is asked, and stands if it leaves fewer.
-    pub(super) fn of(&mut self, vectors: &[(&[f64], f64)]) -> Vec<Option<String>> {
+    pub(super) fn of(&mut self, vectors: &[(Vec<f64>, f64)]) -> Vec<Option<String>> {
         let told = |classes: &Classes| -> Vec<Option<String>> {
             vectors.iter().map(|(x, error)| classes.of(x, *error).map(str::to_owned)).collect()
         };
