@@ -135,6 +135,12 @@ impl Plain {
         self.data[column * self.stride + row] = value;
     }
 
+    /// Sets an entry and the one across the diagonal.
+    pub(super) fn set_both(&mut self, row: usize, column: usize, value: f64) {
+        self.set(row, column, value);
+        self.set(column, row, value);
+    }
+
     pub(super) fn column(&self, column: usize) -> &[f64] {
         &self.data[column * self.stride..column * self.stride + self.rows]
     }

@@ -153,9 +153,7 @@ impl Step {
                 if !w.get(i, j).is_nan() {
                     continue;
                 }
-                let half = -0.5 * mixed.overlap(i, j);
-                w.set(i, j, half);
-                w.set(j, i, half);
+                w.set_both(i, j, -0.5 * mixed.overlap(i, j));
                 let coupling = upper.get(i, j).abs().max(lower.get(i, j).abs());
                 if coupling > mixed.noise(i, j) {
                     together.join(i, j);
@@ -167,9 +165,7 @@ impl Step {
         for cluster in &clusters {
             for (q, &j) in cluster.iter().enumerate() {
                 for &i in &cluster[..q] {
-                    let half = -0.5 * mixed.overlap(i, j);
-                    w.set(i, j, half);
-                    w.set(j, i, half);
+                    w.set_both(i, j, -0.5 * mixed.overlap(i, j));
                 }
             }
         }
@@ -229,8 +225,7 @@ pub(super) fn jacobi(mut a: Plain) -> Plain {
                 let theta = (aqq - app) / (2.0 * apq);
                 let t = if theta.is_finite() { theta.signum() / (theta.abs() + theta.hypot(1.0)) } else { 0.0 };
                 if t == 0.0 {
-                    a.set(p, q, 0.0);
-                    a.set(q, p, 0.0);
+                    a.set_both(p, q, 0.0);
                     continue;
                 }
                 let cos = 1.0 / t.hypot(1.0);
@@ -239,15 +234,13 @@ pub(super) fn jacobi(mut a: Plain) -> Plain {
                 // Rows by symmetry.
                 for k in 0..n {
                     if k != p && k != q {
-                        let (akp, akq) = (a.get(k, p), a.get(k, q));
-                        a.set(p, k, akp);
-                        a.set(q, k, akq);
+                        a.set(p, k, a.get(k, p));
+                        a.set(q, k, a.get(k, q));
                     }
                 }
                 a.set(p, p, app - t * apq);
                 a.set(q, q, aqq + t * apq);
-                a.set(p, q, 0.0);
-                a.set(q, p, 0.0);
+                a.set_both(p, q, 0.0);
                 rotate_columns(&mut v, p, q, cos, sin);
             }
         }

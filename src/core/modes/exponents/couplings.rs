@@ -229,9 +229,7 @@ impl Couplings {
         let mut distances = square();
         for j in 0..m {
             for i in 0..j {
-                let d = distance(i, j);
-                distances.set(i, j, d);
-                distances.set(j, i, d);
+                distances.set_both(i, j, distance(i, j));
             }
         }
         let finite = |plain: &Plain| plain.data.iter().all(|x| x.is_finite());

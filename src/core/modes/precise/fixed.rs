@@ -106,8 +106,7 @@ impl Symmetric {
                 let (value, error) = unit(&entries[column * n + row], by, scale)?;
                 if error != 0.0 {
                     exact = false;
-                    radius.set(row, column, error);
-                    radius.set(column, row, error);
+                    radius.set_both(row, column, error);
                 }
                 if value == IBig::ZERO {
                     continue;

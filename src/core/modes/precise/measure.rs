@@ -315,9 +315,7 @@ impl<'a> Setting<'a> {
                 // (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij
                 let both = couplings.h.get(i, j) + couplings.h.get(j, i);
                 let bound = couplings.g.get(i, j).min(couplings.g.get(j, i));
-                let bound = bound.min(up(both * 1.000_001 / gap));
-                couplings.g.set(i, j, bound);
-                couplings.g.set(j, i, bound);
+                couplings.g.set_both(i, j, bound.min(up(both * 1.000_001 / gap)));
             }
         }
         (couplings, norms)

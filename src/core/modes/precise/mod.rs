@@ -405,9 +405,7 @@ fn assemble(
         for i in 0..m {
             mid.set(i, j, measured.g.get(i, at));
             mid.set(j, i, measured.g.get(i, at));
-            let bound = measured.couplings.g.get(i, j);
-            radius.set(i, j, bound);
-            radius.set(j, i, bound);
+            radius.set_both(i, j, measured.couplings.g.get(i, j));
         }
     }
     for (&j, &(norm, error)) in columns.own.iter().zip(&measured.norm) {
