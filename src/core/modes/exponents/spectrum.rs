@@ -402,18 +402,14 @@ pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
             }
         }
     }
-    sort(&mut entries);
-    number(&mut entries);
-    if let Some(wanted) = options.lowest {
-        entries.truncate(wanted);
-    }
-    Exponents { entries, stability, secular, level }
+    Exponents { entries: listed(entries, options), stability, secular, level }
 }
 
-/// Clusters counted in the order of their first members.
-fn number(entries: &mut [Exponent]) {
+/// In order, as many as are wanted; clusters are counted in the order of their first members.
+fn listed(mut entries: Vec<Exponent>, options: &Options) -> Vec<Exponent> {
+    sort(&mut entries);
     let mut numbers: Vec<u32> = Vec::new();
-    for entry in entries {
+    for entry in &mut entries {
         let at = numbers.iter().position(|&n| n == entry.cluster);
         let at = at.unwrap_or_else(|| {
             numbers.push(entry.cluster);
@@ -421,17 +417,18 @@ fn number(entries: &mut [Exponent]) {
         });
         entry.cluster = at as u32;
     }
+    entries.truncate(options.lowest.unwrap_or(usize::MAX));
+    entries
 }
 
 /// Sorted, numbered and judged; `semisimple` tells of an exponent that is not separated from others whether all of these
 /// are known to have their own vectors.
 pub(crate) fn finish(
-    mut entries: Vec<Exponent>,
+    entries: Vec<Exponent>,
     level: PrecisionLevel,
     options: &Options,
     semisimple: &dyn Fn(&Exponent) -> bool,
 ) -> Exponents {
-    sort(&mut entries);
     let some = |kind: Kind| entries.iter().any(|entry| entry.kind == kind);
     let on_axis = |entry: &Exponent| matches!(entry.kind, Kind::Oscillation | Kind::Zero);
     let secular = |entry: &Exponent| on_axis(entry) && matches!(entry.limit, Some(Limit::Defective { .. }));
@@ -452,9 +449,6 @@ pub(crate) fn finish(
     } else {
         Stability::Stable
     };
-    number(&mut entries);
-    if let Some(wanted) = options.lowest {
-        entries.truncate(wanted);
-    }
-    Exponents { entries, stability, secular: if grows { Some(true) } else { (!may_grow).then_some(false) }, level }
+    let secular = if grows { Some(true) } else { (!may_grow).then_some(false) };
+    Exponents { entries: listed(entries, options), stability, secular, level }
 }
