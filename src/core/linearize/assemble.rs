@@ -17,6 +17,7 @@ pub use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::precision::{Ball, Big, Function, Scalar};
 
 /// The elements of one family of terms, ready to be evaluated.
@@ -303,14 +304,11 @@ impl Assembly {
         precision: S::Precision,
         replaced: impl Fn(usize, S) -> S,
     ) -> Result<Values<S>, LinearizeError> {
-        let mut needed: Vec<usize> = self.constants_parameters.clone();
         let families = self.families.iter().map(|family| &family.inputs);
         let all = families.chain(self.velocity.iter().map(|family| &family.inputs));
-        needed.extend(all.flat_map(|inputs| &inputs.parameters));
-        needed.sort_unstable();
-        needed.dedup();
+        let needed = self.constants_parameters.iter().chain(all.flat_map(|inputs| &inputs.parameters));
         let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
-        for number in needed {
+        for number in needed.copied().distinct() {
             let value = model.parameters[number].value.ok_or_else(|| missing_value(model, number))?;
             let own = evaluate_closed(&model.pool, value, precision);
             parameters[number] = own.map(|own| replaced(number, own));

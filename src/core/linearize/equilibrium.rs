@@ -72,8 +72,7 @@ pub struct Equilibrium {
 /// # Errors
 /// [`LinearizeError::MissingValue`] where one has none.
 pub(super) fn stated(model: &Model) -> Result<Equilibrium, LinearizeError> {
-    let values = model.equilibria.iter().map(|given| Ok(closed(model, given)?.unwrap_or(Ball::ZERO)));
-    let values = values.collect::<Result<Vec<_>, LinearizeError>>()?;
+    let (values, _) = given_point(model)?;
     let origins = vec![Origin::Given; values.len()];
     Ok(Equilibrium::exactly(values, origins))
 }

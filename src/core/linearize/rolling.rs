@@ -532,8 +532,7 @@ impl Rolling {
         }
         model.pool = pool;
         by_hand::put_in_zeros(model, assembly, &mut point, |i| equilibrium.may_be_zero(i));
-        let pool = model.pool.clone();
-        let mut whole = matrices_at(model, pool, assembly, &point);
+        let mut whole = matrices_at(model, model.pool.clone(), assembly, &point);
         let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, (visible, reactions))?;
         let slopes = symbolic.bound.iter().flat_map(|i| &symbolic.directions[*i]);
         let all = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes);
@@ -564,7 +563,7 @@ impl Rolling {
     }
 
     /// M, G, C, K and N from their numbers, which come row by row.
-    fn matrices<S: Clone>(&self, numbers: &mut std::vec::IntoIter<S>) -> Numbers<S> {
+    fn matrices<S: Clone>(&self, numbers: &mut impl Iterator<Item = S>) -> Numbers<S> {
         let n = self.symbolic.free.len();
         self.symbolic.matrices.each_ref().map(|matrix| {
             matrix.as_ref()?;
@@ -576,8 +575,7 @@ impl Rolling {
     /// How these change with a parameter, for an equilibrium that moves with it.
     pub(super) fn slopes(&self, model: &Model, at: &[Dual<Ball>], parameter: usize) -> Option<Numbers<Ball>> {
         let numbers = self.formulas.at_where(model, at, (), |number, value| varied(number, value, parameter))?;
-        let slopes: Vec<Ball> = numbers.into_iter().map(|own| own.slope).collect();
-        Some(self.matrices(&mut slopes.into_iter()))
+        Some(self.matrices(&mut numbers.into_iter().map(|own| own.slope)))
     }
 
     /// How the forces of the conditions on the coordinates change with a parameter, likewise.

@@ -78,8 +78,7 @@ impl Pencil<'_> {
     pub(super) fn values(&self, matrix: &[IBig], conjugate: usize, bits: usize) -> Vec<Big> {
         let square = self.n * self.n;
         let big = |x: &IBig| Big::from_parts(x.clone(), 0, bits);
-        let roots: Vec<Big> = self.matrices.roots.iter().map(big).collect();
-        let roots: Vec<Big> = roots.iter().map(Big::sqrt).collect();
+        let roots: Vec<Big> = self.matrices.roots.iter().map(|root| big(root).sqrt()).collect();
         let mut sums = vec![Big::zero(bits); square];
         for (part, entries) in matrix.chunks(square.max(1)).enumerate() {
             let own = roots.iter().enumerate().filter(|(at, _)| part >> at & 1 == 1);

@@ -9,6 +9,7 @@ use faer::{Mat, c64};
 
 use super::complex::part;
 use super::couplings::Couplings;
+use crate::order::Gather;
 
 /// How a block is turned: new columns x' = Σ_c x_c right(c, a), y'ᵀ = Σ_c left(a, c) y_cᵀ, exponents σ + step.
 pub(super) struct Turn {
@@ -35,10 +36,7 @@ pub(super) fn members(group: &[usize], conjugate_of: &[Option<usize>], skip: usi
     }
     let pairs = conjugate_of.iter().enumerate().filter_map(|(j, i)| Some([j, (*i)?]));
     let met = pairs.filter(|pair| pair.iter().any(|j| group.contains(j)));
-    let mut all: Vec<usize> = group.iter().copied().chain(met.flatten()).collect();
-    all.sort_unstable();
-    all.dedup();
-    Some(all)
+    Some(group.iter().copied().chain(met.flatten()).distinct())
 }
 
 /// Whether some member's conjugate is a member, or is itself.

@@ -15,6 +15,7 @@ use super::spectrum::{Facts, Status, finish, mark_rough, spectrum, status};
 use super::start::start;
 use super::wide::{WideColumn, beyond};
 use super::{Exponents, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Structure};
+use crate::order::Gather;
 use crate::precision::{Ball, Big, Integers, sum_of_products};
 
 /// Rounds in double-double, the first one included.
@@ -203,10 +204,7 @@ impl Rounds<'_> {
 /// The given columns, all of their groups, and those that they are conjugates of.
 pub(super) fn closed(certificate: &Certificate, columns: &Columns, which: &[usize]) -> Vec<usize> {
     let members = which.iter().flat_map(|&j| &certificate.groups[certificate.of[j]].members);
-    let mut all: Vec<usize> = members.flat_map(|&j| [j, columns.conjugate_of[j].unwrap_or(j)]).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
+    members.flat_map(|&j| [j, columns.conjugate_of[j].unwrap_or(j)]).distinct()
 }
 
 /// Better columns in the place of those that lack digits.

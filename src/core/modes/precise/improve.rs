@@ -16,6 +16,7 @@ use crate::modes::product::{Part, product};
 use crate::modes::refine::{NEAR, SMALL, TINY, block, jacobi};
 use crate::modes::shape::unit;
 use crate::modes::start::symmetric_eigenvectors;
+use crate::order::Gather;
 use crate::precision::{DoubleDouble, exponent_of};
 
 /// Larger blocks are decomposed by reduction to tridiagonal form, which is faster.
@@ -89,9 +90,7 @@ pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale
         }
     }
     if !more.is_empty() {
-        more.sort_unstable();
-        more.dedup();
-        return Err(more);
+        return Err(more.into_iter().distinct());
     }
     let group: Vec<usize> = (0..m).map(|i| together.least(i)).collect();
 

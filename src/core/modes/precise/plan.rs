@@ -36,16 +36,12 @@ impl Goal {
 
     /// More bits for signs or roundings that are still open; `false` if that would be no use.
     pub(super) fn raise(&mut self, signs: bool, roundings: bool) -> bool {
-        let mut raised = false;
-        if signs && self.signs + 1 < SIGNS.len() {
-            self.signs += 1;
-            raised = true;
-        }
-        if roundings && self.bits < MOST_BITS {
+        let (deeper, finer) = (signs && self.signs + 1 < SIGNS.len(), roundings && self.bits < MOST_BITS);
+        self.signs += usize::from(deeper);
+        if finer {
             self.bits = (2.0 * self.bits).clamp(64.0, MOST_BITS);
-            raised = true;
         }
-        raised
+        deeper || finer
     }
 }
 

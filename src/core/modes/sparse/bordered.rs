@@ -25,6 +25,7 @@ use faer::c64;
 use super::order::elimination;
 use super::rows::{Rows, U};
 use super::shifted::{Factor, Pencil};
+use crate::order::Gather;
 use crate::precision::{Ball, Complex, SparseMatrix, up};
 
 /// M, D, S and K by rows, and what lengths are measured with.
@@ -71,10 +72,8 @@ impl Form {
                 columns[i.max(j)].push(i.min(j));
             }
         }
-        for column in &mut columns {
-            column.sort_unstable();
-            column.dedup();
-            rows.append(column);
+        for column in columns {
+            rows.extend(column.into_iter().distinct());
             starts.push(rows.len());
         }
         let symbolic = elimination(&starts, &rows, None)?.symbolic;

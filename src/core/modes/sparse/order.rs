@@ -10,6 +10,8 @@ use faer::sparse::linalg::cholesky::{
 };
 use feral_metis::{CscPattern, metis_order};
 
+use crate::order::Gather;
+
 /// Multiplications of an elimination that are worth looking for a better order.
 const MUCH: f64 = 2e9;
 
@@ -105,10 +107,7 @@ fn dissection(starts: &[usize], rows: &[usize]) -> Option<Vec<usize>> {
     let (mut ends, mut neighbours) = (vec![0_i32], Vec::new());
     for (node, members) in nodes.iter().enumerate() {
         let others = columns[*members.first()?].iter().map(|j| node_of[*j]);
-        let mut others: Vec<i32> = others.filter(|other| *other as usize != node).collect();
-        others.sort_unstable();
-        others.dedup();
-        neighbours.extend(others);
+        neighbours.extend(others.filter(|other| *other as usize != node).distinct());
         ends.push(i32::try_from(neighbours.len()).ok()?);
     }
     let order = metis_order(&CscPattern::new(nodes.len(), &ends, &neighbours)?).ok()?;
