@@ -38,7 +38,7 @@ impl<T> Order<T> for [T] {
             }
             return;
         }
-        let mut places = places(self.len(), &mut |i, j| compare(&self[i], &self[j]));
+        let mut places = places(self.len(), &mut |i, j| compare(&self[*i], &self[*j]));
         for start in 0..places.len() {
             // One cycle of the permutation; places that are filled are their own.
             let mut at = start;
@@ -55,9 +55,9 @@ impl<T> Order<T> for [T] {
 }
 
 /// Which of so many items stands at each place once they are sorted.
-fn places(count: usize, compare: &mut dyn FnMut(usize, usize) -> Ordering) -> Vec<usize> {
+pub fn places(count: usize, compare: &mut dyn FnMut(&usize, &usize) -> Ordering) -> Vec<usize> {
     let mut places: Vec<usize> = (0..count).collect();
-    places.sort_by(|i, j| compare(*i, *j));
+    places.sort_by(compare);
     places
 }
 

@@ -27,7 +27,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::assemble::{Assembly, Values};
 use super::symmetry::Symmetry;
-use crate::order::Order;
+use crate::order::places;
 use crate::precision::{Big, Enclosure, Magnitude, Scalar};
 
 /// What is lost to underflow in up to 4000 products of doubles: each loses at most 2^-1075.
@@ -157,8 +157,7 @@ impl Axes {
     /// as `fewer` are left out.
     pub(crate) fn new(axes: &DMatrix<f64>, stiffness: &[f64], fewer: usize) -> Option<Self> {
         let kept = stiffness.len().checked_sub(fewer).filter(|kept| *kept > 0)?;
-        let mut order: Vec<usize> = (0..stiffness.len()).collect();
-        order.order_by(|a, b| stiffness[*b].abs().total_cmp(&stiffness[*a].abs()));
+        let mut order = places(stiffness.len(), &mut |a, b| stiffness[*b].abs().total_cmp(&stiffness[*a].abs()));
         order.truncate(kept);
         let directions =
             DMatrix::from_fn(axes.nrows(), kept, |i, j| axes[(i, order[j])] / stiffness[order[j]].abs().sqrt());

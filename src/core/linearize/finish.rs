@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use super::equilibrium::Search;
 use super::existence::{Axes, Products, Proof, Setting, congruent};
 use super::symmetry::Symmetry;
-use crate::order::Order;
+use crate::order::places;
 use crate::precision::{Ball, Big};
 
 /// Products of matrices of so many bits take seconds beyond this.
@@ -117,8 +117,7 @@ fn principal(stiffness: &[Big], guess: &DMatrix<f64>, mut fewer: usize, bits: us
         let count = directions.ncols();
         let image = congruent(stiffness, &directions, bits);
         let entry = |i: usize, j: usize| image[i + count * j].mid_f64();
-        let mut order: Vec<usize> = (0..count).collect();
-        order.order_by(|a, b| entry(*b, *b).abs().total_cmp(&entry(*a, *a).abs()));
+        let mut order = places(count, &mut |a, b| entry(*b, *b).abs().total_cmp(&entry(*a, *a).abs()));
         order.truncate(count.checked_sub(fewer).filter(|kept| *kept > 0)?);
         fewer = 0;
         // In these units the diagonal is 1 and -1.

@@ -10,7 +10,7 @@ use super::radicals::Surd;
 use super::symmetry::{Symmetry, symmetries};
 use super::{Linearized, exact, mechanism};
 use crate::expr::Pool;
-use crate::precision::{Ball, Enclosure};
+use crate::precision::{Ball, Enclosure, subtract};
 
 /// What a zero mode is that no symmetry explains.
 pub const NO_FORCE: &str = "no restoring force to second order";
@@ -168,11 +168,7 @@ impl Sieve {
                 continue;
             }
             let factor = rest[*pivot] / other[*pivot];
-            for (x, y) in rest.iter_mut().zip(other) {
-                if !y.is_zero() {
-                    *x = *x - factor * *y;
-                }
-            }
+            subtract(&mut rest, other, &factor);
             rest[*pivot] = Ball::ZERO;
         }
         let sizes = rest.iter().map(Enclosure::certain_size).enumerate().filter(|(_, size)| *size > 0.0);

@@ -16,7 +16,7 @@ use super::pencil::{Enclosed, Scaled};
 use super::product::{Part, TERM, bound_product, measured_product, product_bound, product_sparse};
 use super::start::cholesky;
 use super::{ModesError, Which};
-use crate::order::Order;
+use crate::order::{Order, places};
 use crate::precision::{Ball, Factors, up};
 
 /// Factors in scaled coordinates.
@@ -115,13 +115,12 @@ impl Factored {
         let lower = cholesky(&scaled.mass.mid.doubles(), 0.0)?;
         // Rows by falling size, which keeps what is soft apart from what is stiff (Cox, Higham,
         // "Stability of Householder QR factorization for weighted least squares problems", 1998).
-        let mut order: Vec<usize> = (0..elements).collect();
         let range = |e: usize| self.columns.starts[e]..self.columns.starts[e + 1];
         let size = |e: &usize| {
             let entries = self.columns.hi[range(*e)].iter();
             entries.fold(0.0_f64, |most, x| most.max(x.abs()))
         };
-        order.order_by(|a, b| size(b).total_cmp(&size(a)));
+        let order = places(elements, &mut |a, b| size(b).total_cmp(&size(a)));
         let mut weighted = Mat::<f64>::zeros(n, elements);
         for (to, &e) in order.iter().enumerate() {
             for at in range(e) {

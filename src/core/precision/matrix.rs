@@ -171,12 +171,20 @@ pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, pr
         if at == row || factor.is_zero() {
             continue;
         }
-        for (entry, own) in other.iter_mut().zip(&own) {
-            if !own.is_zero() {
-                *entry = entry.sub(&factor.mul(own));
-            }
-        }
+        subtract(other, &own, &factor);
         other[column] = T::whole(0, precision);
+    }
+}
+
+/// x - factor·y, without products with 0.
+pub(crate) fn subtract<T: Entry>(x: &mut [T], y: &[T], factor: &T) {
+    if factor.is_zero() {
+        return;
+    }
+    for (x, y) in x.iter_mut().zip(y) {
+        if !y.is_zero() {
+            *x = x.sub(&factor.mul(y));
+        }
     }
 }
 

@@ -45,7 +45,7 @@ pub use interval::Interval;
 pub use lane::{LANES, Lane};
 pub(crate) use lane::{Pair, kernel, lane_product};
 pub use magnitude::Magnitude;
-pub(crate) use matrix::{Eliminated, eliminate};
+pub(crate) use matrix::{Eliminated, eliminate, subtract};
 pub use matrix::{Entry, Factors, Matrix, clear_column, quadratic_form, sum_of_products};
 pub(crate) use root::nth_root;
 pub use root::{Integers, Root};

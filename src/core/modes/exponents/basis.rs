@@ -5,7 +5,7 @@ use faer::c64;
 
 use super::complex::Wide;
 use crate::order::Order;
-use crate::precision::{Big, Magnitude, clear_column, sum_of_products};
+use crate::precision::{Big, Magnitude, clear_column, subtract, sum_of_products};
 
 /// A component smaller than 2 to this times the largest is no pivot of an echelon basis.
 const NO_PIVOT: i64 = -10;
@@ -107,18 +107,6 @@ fn dot(x: &[Wide], y: &[Wide]) -> Wide {
     let bits = x.first().map_or(64, |x| x.re.bits());
     let conjugate: Vec<Wide> = x.iter().map(Wide::conjugate).collect();
     sum_of_products(&conjugate, y, bits)
-}
-
-/// x - factor·y
-fn subtract(x: &mut [Wide], y: &[Wide], factor: &Wide) {
-    if factor.is_zero() {
-        return;
-    }
-    for (x, y) in x.iter_mut().zip(y) {
-        if !y.is_zero() {
-            *x = x.sub(&factor.mul(y));
-        }
-    }
 }
 
 /// The vector in doubles, turned so that its first component within 1e-6 of the largest is real and positive, and a

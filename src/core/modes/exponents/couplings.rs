@@ -212,17 +212,14 @@ impl Couplings {
         for link in links {
             let size = link.value.abs();
             for (i, defect) in defect.iter_mut().enumerate() {
-                let more = sizes(i, link.from) * size;
-                if i == link.to {
-                    *defect = up(*defect + more);
-                } else {
-                    right.set(i, link.to, up(right.get(i, link.to) + more));
-                }
-                let more = sizes(link.to, i) * size;
-                if i == link.from {
-                    *defect = up(*defect + more);
-                } else {
-                    left_t.set(i, link.from, up(left_t.get(i, link.from) + more));
+                let from_right = (&mut right, link.to, sizes(i, link.from));
+                for (matrix, column, share) in [from_right, (&mut left_t, link.from, sizes(link.to, i))] {
+                    let more = share * size;
+                    if i == column {
+                        *defect = up(*defect + more);
+                    } else {
+                        matrix.set(i, column, up(matrix.get(i, column) + more));
+                    }
                 }
             }
         }

@@ -17,7 +17,7 @@ use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Plain};
 use crate::modes::pencil::Enclosed;
 use crate::modes::product::{Part, bound_product, product, product_bound};
-use crate::order::Order;
+use crate::order::places;
 use crate::precision::{DoubleDouble, Sum, up};
 
 /// Columns at full precision.
@@ -270,8 +270,7 @@ impl<'a> Setting<'a> {
             Some(b) => with_rounded_quotients(&b.couplings, q),
             None => Couplings::zeros(m),
         };
-        couplings.order = (0..m).collect();
-        couplings.order.order_by(|&i, &j| self.quotient[i].cmp(&self.quotient[j]));
+        couplings.order = places(m, &mut |i, j| self.quotient[*i].cmp(&self.quotient[*j]));
         let order = couplings.order.windows(2);
         couplings.steps = order.map(|pair| self.gap(pair[0], pair[1])).collect();
         let mut norms = Vec::with_capacity(self.images.len());

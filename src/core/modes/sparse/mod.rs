@@ -35,7 +35,7 @@ use super::dense::Matrix;
 use super::shape::{echelon, finish};
 use super::{Mode, ModesError, Options, Spectrum, Stability};
 use crate::budget::{Budget, Exceeded};
-use crate::order::Order;
+use crate::order::{Order, places};
 use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, up};
 
 /// K x = ω² M x with sparse matrices.
@@ -503,13 +503,19 @@ impl<'a> Search<'a> {
         if low <= 0.0 {
             return Some((None, Window { low: None, high: Some(high) }));
         }
-        let [above, under] = self.factors([high, low]);
-        let (above, under) = (above?, under?);
+        let (counted, window) = self.between([low, high])?;
         let mut nearest: Vec<f64> = order[..k].iter().map(|at| starts[*at]).collect();
         nearest.order_by(f64::total_cmp);
         let (values, panels) = bands.pairs(&nearest)?;
+        (counted == k).then_some((Some(Columns { values, panels }), window))
+    }
+
+    /// How many eigenvalues lie between two numbers, by the factors there, and the window for which this is certain.
+    fn between(&self, [low, high]: [f64; 2]) -> Option<(usize, Window)> {
+        let [above, under] = self.factors([high, low]);
+        let (above, under) = (above?, under?);
         let window = Window { low: Some(low + up(under.error)), high: Some(below(high, above.error)) };
-        (above.negative.checked_sub(under.negative) == Some(k)).then_some((Some(Columns { values, panels }), window))
+        Some((above.negative.checked_sub(under.negative)?, window))
     }
 
     /// What the lowest mode says of all.
@@ -553,14 +559,11 @@ impl<'a> Search<'a> {
                 return Some((None, Window { low: None, high: Some(high) }));
             }
             let low = (omega - reach) * (omega - reach);
-            let [above, under] = self.factors([high, low]);
-            let (above, under) = (above?, under?);
-            let counted = above.negative.checked_sub(under.negative)?;
+            let (counted, window) = self.between([low, high])?;
             let missing = counted.checked_sub(k)?;
             if missing == 0 {
                 order.truncate(k);
                 order.order_by(|a, b| values[*a].total_cmp(&values[*b]));
-                let window = Window { low: Some(low + up(under.error)), high: Some(below(high, above.error)) };
                 return Some((Some(self.columns(&known, &values, &order)), window));
             }
             more = (missing + 1).min(n - values.len());
@@ -658,9 +661,7 @@ impl Columns {
 
 /// The places of numbers in rising order.
 fn ordered(numbers: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..numbers.len()).collect();
-    order.order_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
-    order
+    places(numbers.len(), &mut |a, b| numbers[*a].total_cmp(&numbers[*b]))
 }
 
 /// How many numbers, at least so many, are before the first one that is apart from them, in an order, and what lies between; `beyond`

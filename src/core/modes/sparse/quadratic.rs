@@ -26,7 +26,7 @@ use super::rows::Rows;
 use super::shifted::Pencil;
 use crate::budget::Budget;
 use crate::groups::connected;
-use crate::order::Order;
+use crate::order::{Order, places};
 use crate::precision::{Ball, Complex, SparseMatrix, U2, up};
 
 /// Exponents are sought so many times as far from σ as those that are wanted, and some more, to find a gap behind these.
@@ -378,8 +378,7 @@ impl Search<'_> {
             let square = Mat::from_fn(m, m, |i, j| columns[j].get(i).copied().unwrap_or(c64::new(0.0, 0.0)));
             let eigen = square.eigen().ok()?;
             let theta = |k: usize| eigen.S()[k];
-            let mut order: Vec<usize> = (0..m).collect();
-            order.order_by(|a, b| theta(*b).norm().total_cmp(&theta(*a).norm()));
+            let order = places(m, &mut |a, b| theta(*b).norm().total_cmp(&theta(*a).norm()));
             let left = |k: usize| length * eigen.U()[(m - 1, k)].norm() / theta(k).norm();
             let found = order.iter().take_while(|k| left(**k) <= FOUND).count();
             if found < wanted && !(ended && found > least) {
