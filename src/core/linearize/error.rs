@@ -4,49 +4,46 @@ use crate::budget::Exceeded;
 use crate::diagnostic::{at, nowhere};
 use crate::mistakes;
 use crate::span::Span;
+use crate::worded;
 
+worded! {
 /// What a model may say that the modes of this version do not cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Feature {
+Feature {
     /// Terms linear in the velocities that give a gyroscopic matrix.
-    Gyroscopic,
+    Gyroscopic "the energies have terms linear in the velocities, which a mass and a stiffness matrix can't describe",
     /// A `dissipation` function.
-    Dissipation,
+    Dissipation "the model has a dissipation function, which a mass and a stiffness matrix can't describe",
     /// A generalised `force`.
-    Force,
+    Force "the model has forces that no energy gives, which a mass and a stiffness matrix can't describe",
     /// A `constraint`.
-    Constraint,
+    Constraint "the model has constraints, which are not supported here",
     /// A `constraint` on velocities.
-    Rolling,
+    Rolling "the model has conditions on velocities, which are not supported here",
     /// `equilibrium NAME' = …`
-    SteadyMotion,
+    SteadyMotion "the model has a steady motion, which a mass and a stiffness matrix can't describe",
     /// A coordinate without inertia.
-    Massless,
+    Massless "this coordinate has no inertia and follows the others, which is not supported here",
+}
+/// What is said where it is not covered.
+words
 }
 
+worded! {
 /// What is known of the inertia of a direction in which M is not positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Inertia {
+Inertia {
     /// There is none, exactly.
-    None,
+    None ": the mass matrix is singular",
     /// There is none, and no force of springs either.
-    NoneAndFree,
+    NoneAndFree " and nothing holds it: the mass matrix is singular",
     /// Bounds do not tell it from 0.
-    Undecided,
+    Undecided " that can be distinguished from zero: the mass matrix is not shown to be positive definite",
 }
-
-impl Inertia {
-    fn words(self) -> &'static str {
-        match self {
-            Self::None => ": the mass matrix is singular",
-            Self::NoneAndFree => " and nothing holds it: the mass matrix is singular",
-            Self::Undecided => {
-                " that can be distinguished from zero: the mass matrix is not shown to be positive definite"
-            }
-        }
-    }
+/// How the sentence that a motion has no inertia ends.
+words
 }
 
 /// What is not defined where a `guess` or `equilibrium` comes to no number.
@@ -202,7 +199,7 @@ Error LinearizeError {
         .with_help("`motion` integrates the equations as they are; conditions with constant coefficients, x' = r*theta', are covered always"),
 
     /// A feature of the language that modes do not cover.
-    #[error("{}", unsupported_words(*.feature))]
+    #[error("{}", .feature.words())]
     "E0308" Unsupported(span) {
         /// Which.
         feature: Feature,
@@ -372,23 +369,5 @@ fn contradiction_words(difference: Option<&str>) -> String {
             "the constraints contradict each other: where the others hold, the sides of this one differ by {difference}"
         ),
         None => "no point was found where all constraints hold".to_owned(),
-    }
-}
-
-fn unsupported_words(feature: Feature) -> &'static str {
-    match feature {
-        Feature::Gyroscopic => {
-            "the energies have terms linear in the velocities, which a mass and a stiffness matrix can't describe"
-        }
-        Feature::Dissipation => {
-            "the model has a dissipation function, which a mass and a stiffness matrix can't describe"
-        }
-        Feature::Force => {
-            "the model has forces that no energy gives, which a mass and a stiffness matrix can't describe"
-        }
-        Feature::Constraint => "the model has constraints, which are not supported here",
-        Feature::Rolling => "the model has conditions on velocities, which are not supported here",
-        Feature::SteadyMotion => "the model has a steady motion, which a mass and a stiffness matrix can't describe",
-        Feature::Massless => "this coordinate has no inertia and follows the others, which is not supported here",
     }
 }
