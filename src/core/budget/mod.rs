@@ -309,10 +309,7 @@ impl Budget {
         if !self.is_spent() {
             return Ok(());
         }
-        match &self.state().1 {
-            Some(exceeded) => Err(exceeded.clone()),
-            None => Ok(()),
-        }
+        self.state().1.clone().map_or(Ok(()), Err)
     }
 
     /// Names what is being worked on, and where it stands.

@@ -43,10 +43,8 @@ fn check_dependent(model: &Model, point: &[ExprId], dependent: &[usize]) -> Resu
         if pool.is_zero(difference) != ZeroVerdict::NonZero {
             continue;
         }
-        let text = match evaluate_closed::<Ball>(&pool, difference, ()) {
-            Some(value) => short(value.mid_f64()),
-            None => pool.display(difference),
-        };
+        let value: Option<Ball> = evaluate_closed(&pool, difference, ());
+        let text = value.map_or_else(|| pool.display(difference), |value| short(value.mid_f64()));
         return Err(LinearizeError::ConstraintsContradict { difference: Some(text), span: constraint.span });
     }
     Ok(())

@@ -132,9 +132,8 @@ pub(super) fn in_numbers<S: Scalar>(
     stated: impl Fn(usize) -> Option<ExprId>,
     other: impl Fn(&Ball) -> Option<S>,
 ) -> Option<Vec<S>> {
-    let number = |(i, value): (usize, &Ball)| match stated(i) {
-        Some(exact) => evaluate_closed(pool, exact, precision),
-        None => other(value),
+    let number = |(i, value): (usize, &Ball)| {
+        stated(i).map_or_else(|| other(value), |exact| evaluate_closed(pool, exact, precision))
     };
     at.iter().enumerate().map(number).collect()
 }

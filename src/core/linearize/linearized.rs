@@ -79,10 +79,8 @@ impl Linearized {
 
     /// Whether such coordinates move away as t² or faster; `None` where that is not decided.
     pub(crate) fn follows_away(&self) -> Option<bool> {
-        match self.rolling().filter(|own| own.drifts()) {
-            Some(rolling) => rational::follows_away(self, &rolling.symbolic),
-            None => Some(false),
-        }
+        let rolling = self.rolling().filter(|own| own.drifts());
+        rolling.map_or(Some(false), |own| rational::follows_away(self, &own.symbolic))
     }
 
     /// The coordinates that others follow under conditions, and these.
@@ -144,10 +142,8 @@ impl Linearized {
     /// # Errors
     /// [`LinearizeError::Unsupported`] with the first of them.
     pub fn check_inertia(&self) -> Result<(), LinearizeError> {
-        let following = self.massless().and_then(|own| own.following.first()).map(|at| match &self.constrained {
-            Some(own) => own.tangent.free[*at],
-            None => *at,
-        });
+        let following = self.massless().and_then(|own| own.following.first());
+        let following = following.map(|at| self.constrained.as_ref().map_or(*at, |own| own.tangent.free[*at]));
         let flow = || self.flow().filter(|_| self.rolling().is_none());
         let flowing = || flow()?.places.first().and_then(|at| self.free_coordinates().get(*at).copied());
         match following.or_else(flowing) {

@@ -447,10 +447,9 @@ fn check_plain(model: &Model) -> Result<(), LinearizeError> {
         (Feature::SteadyMotion, rate),
         (Feature::Rolling, model.rolling.first().map(|own| own.span)),
     ];
-    match features.into_iter().find_map(|(feature, span)| Some((feature, span?))) {
-        Some((feature, span)) => Err(LinearizeError::Unsupported { feature, span }),
-        None => Ok(()),
-    }
+    let found =
+        features.into_iter().find_map(|(feature, span)| Some(LinearizeError::Unsupported { feature, span: span? }));
+    found.map_or(Ok(()), Err)
 }
 
 impl Linearized {

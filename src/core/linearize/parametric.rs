@@ -87,10 +87,8 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
         let span = model.coordinates.at(coordinate).span;
         return Err(LinearizeError::Unsupported { feature: Feature::Massless, span });
     }
-    let gradient = match gradient {
-        Some(none) => none,
-        None => model.with_pool(|model, pool| symbolic::gradient(model, pool, &assembly, &matrices.equilibrium)),
-    };
+    let forces = |model: &Model, pool: &mut Pool| symbolic::gradient(model, pool, &assembly, &matrices.equilibrium);
+    let gradient = gradient.unwrap_or_else(|| model.with_pool(forces));
     // Only a place to start from: without one the search starts at the guess.
     let found = if closed || !is_open { None } else { super::linearize(whole).ok() };
     let nominal = found.map(|own| own.equilibrium().values.iter().map(Ball::mid_f64).collect());

@@ -88,10 +88,7 @@ pub fn instance(
     let mut map = Substitution::default();
     for (local, number) in terms.locals.iter().zip(terms.coordinates_of(at)) {
         let coordinate = model.coordinates.at(*number as usize);
-        let q = match equilibrium {
-            Some(values) => values[*number as usize],
-            None => pool.symbol_expr(coordinate.symbol),
-        };
+        let q = equilibrium.map_or_else(|| pool.symbol_expr(coordinate.symbol), |values| values[*number as usize]);
         let v = pool.symbol_expr(coordinate.velocity);
         map.insert(local.coordinate, q);
         map.insert(local.velocity, v);

@@ -252,10 +252,7 @@ impl<'a> Scene<'a> {
                 return Some(format!("{through}{said}{advice}"));
             };
             // A parameter defined through others: one of those, or its definition, is to blame.
-            let symbol = match self.names.get(&symbol) {
-                Some(name) => self.pool.as_symbol(*name)?,
-                None => symbol,
-            };
+            let symbol = self.names.get(&symbol).map_or(Some(symbol), |name| self.pool.as_symbol(*name))?;
             let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(symbol) else { return None };
             let parameter = self.model.parameters.get(number)?;
             if self.pool.as_symbol(parameter.symbolic) == Some(symbol) {

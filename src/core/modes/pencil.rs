@@ -66,10 +66,8 @@ pub(super) fn check(n: usize, matrix: Which, entries: &[Ball]) -> Result<(), Mod
     if entries.len() != n * n {
         return Err(ModesError::Shape { matrix, expected: n * n, found: entries.len() });
     }
-    match entries.iter().position(|x| !x.is_finite()) {
-        Some(at) => Err(ModesError::NotFinite { matrix, row: at % n, column: at / n }),
-        None => Ok(()),
-    }
+    let at = entries.iter().position(|x| !x.is_finite());
+    at.map_or(Ok(()), |at| Err(ModesError::NotFinite { matrix, row: at % n, column: at / n }))
 }
 
 /// 0 where the entry is exactly 0.
@@ -333,10 +331,7 @@ impl ZeroSpace {
 pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroSpace, x: &Matrix) -> Pencil {
     let m = x.columns;
     let xt = x.transposed();
-    let s = match factored {
-        Some(factored) => factored.form(x),
-        None => problem.stiffness.congruent(x, &xt),
-    };
+    let s = factored.map_or_else(|| problem.stiffness.congruent(x, &xt), |factored| factored.form(x));
     let mut g = problem.mass.congruent(x, &xt);
     let z = zero.mid.columns;
     let mut leak = vec![0.0; m];

@@ -43,10 +43,8 @@ struct Sliced {
 pub(super) fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (Matrix, Vec<f64>) {
     let (m, n) = (xt.rows, a.columns);
     let both = 53 - (n as f64).log2().ceil() as i32;
-    let (bits, a_bits, slices) = match few_bits(a, both / 2) {
-        Some(few) => (both - few, few, (slices - 1).max(1)),
-        None => (both / 2, both / 2, slices),
-    };
+    let few = few_bits(a, both / 2);
+    let (bits, a_bits, slices) = few.map_or((both / 2, both / 2, slices), |few| (both - few, few, (slices - 1).max(1)));
     let left = slice(xt, (slices, 1), bits, Cut::Rows);
     let right = slice(a, (slices, slices), a_bits, Cut::Columns);
     let mut value = Matrix::zeros(m, n);

@@ -349,12 +349,8 @@ fn carried(linearized: &Linearized, entry: &Exponent) -> Option<Shape> {
     let own: Vec<Complex<Ball>> =
         entry.vector.iter().map(|x| Complex::from_c64(*x, ()).with_added_radius(error)).collect();
     let mut all = linearized.following()?.carried(&drift, &s, &own);
-    let whole = linearized.with_multipliers();
-    let part = |of: fn(&Complex<Ball>) -> Ball| {
-        let part: Vec<Ball> = all.iter().map(of).collect();
-        quadratic_form(&whole.mass, whole.order, &part, ())
-    };
-    let inertia = part(|x| x.re) + part(|x| x.im);
+    let (re, im): (Vec<Ball>, Vec<Ball>) = all.iter().map(|x| (x.re, x.im)).unzip();
+    let inertia = inertia(linearized, &re, &im);
     if inertia.is_positive() {
         let size = Ball::ONE / inertia.sqrt();
         all.iter_mut().for_each(|x| *x = x.times(&size));
@@ -364,14 +360,17 @@ fn carried(linearized: &Linearized, entry: &Exponent) -> Option<Shape> {
     Some(turned(real, imaginary, bound))
 }
 
+/// xᴴMx for all coordinates, of the real and the imaginary parts of x.
+fn inertia(linearized: &Linearized, re: &[Ball], im: &[Ball]) -> Ball {
+    let whole = linearized.with_multipliers();
+    let of = |part: &[Ball]| quadratic_form(&whole.mass, whole.order, part, ());
+    of(re) + of(im)
+}
+
 /// A shape with xᴴMx = 1 for all coordinates, those of first order too.
 fn of_length_one(linearized: &Linearized, own: Shape) -> Shape {
-    let whole = linearized.with_multipliers();
-    let part = |of: &[f64]| {
-        let part: Vec<Ball> = of.iter().map(|x| Ball::exact(*x).with_added_radius(own.bound)).collect();
-        quadratic_form(&whole.mass, whole.order, &part, ())
-    };
-    let inertia = part(&own.real) + part(&own.imaginary);
+    let balls = |of: &[f64]| of.iter().map(|x| Ball::exact(*x).with_added_radius(own.bound)).collect::<Vec<Ball>>();
+    let inertia = inertia(linearized, &balls(&own.real), &balls(&own.imaginary));
     if !inertia.is_positive() {
         return own;
     }

@@ -217,10 +217,8 @@ pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<Normal
     budget.at(format!("the modes of {} coordinates", linearized.dimension()), None);
     let rate = linearized.units().map_or(0, Units::rate);
     let options_here = options.smaller(rate);
-    let modes = match linearized.massless_error() {
-        Some(error) => Err(error.clone()),
-        None => modes_of(linearized, &options_here),
-    };
+    let error = linearized.massless_error().cloned();
+    let modes = error.map_or_else(|| modes_of(linearized, &options_here), Err);
     let modes = modes.or_else(|error| match error {
         LinearizeError::SingularMass { .. } => exponents::without_inertia(linearized, &options_here).ok_or(error),
         // Where no velocities act it is a condensation that can't be, as that of a multiplier in V.

@@ -34,10 +34,7 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
             reason: "vectors can be given bounds where there are T and V alone, without constraints and massless coordinates".to_owned(),
         });
     }
-    let all = |why: &str| match all_modes(linearized, options)? {
-        Some(modes) => Ok(Some(modes)),
-        None => dense(why),
-    };
+    let all = |why: &str| all_modes(linearized, options)?.map_or_else(|| dense(why), |modes| Ok(Some(modes)));
     let (wanted, count) = match (&options.given, options.near, options.lowest) {
         (Some(vectors), ..) => (Wanted::Given(vectors), vectors.len() / n.max(1)),
         (None, Some((omega, count)), _) => (Wanted::Near(omega, count), count),

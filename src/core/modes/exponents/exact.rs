@@ -159,10 +159,7 @@ fn with_blocks(
                 growth,
                 omega,
                 // What is a root of conjugates alone has no blocks.
-                multiplicity: match &blocks {
-                    Some(blocks) => blocks.sizes.iter().sum(),
-                    None => multiplicity,
-                },
+                multiplicity: blocks.as_ref().map_or(multiplicity, |blocks| blocks.sizes.iter().sum()),
                 blocks,
             })
             .collect()

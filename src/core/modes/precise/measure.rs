@@ -266,10 +266,8 @@ impl<'a> Setting<'a> {
     ) -> (Couplings, Vec<(DoubleDouble, f64)>) {
         let (m, p, q) = (self.own.len(), self.data.scale, self.data.quotient_scale());
         let off = self.off();
-        let mut couplings = match background {
-            Some(b) => with_rounded_quotients(&b.couplings, q),
-            None => Couplings::zeros(m),
-        };
+        let known = background.map(|b| with_rounded_quotients(&b.couplings, q));
+        let mut couplings = known.unwrap_or_else(|| Couplings::zeros(m));
         couplings.order = places(m, &mut |i, j| self.quotient[*i].cmp(&self.quotient[*j]));
         let order = couplings.order.windows(2);
         couplings.steps = order.map(|pair| self.gap(pair[0], pair[1])).collect();

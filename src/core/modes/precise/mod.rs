@@ -291,10 +291,8 @@ impl Background {
 
     /// [`lacking`] by what double-double shows; all columns where it shows nothing.
     fn lacking(&self, options: &Options) -> Vec<usize> {
-        match Certificate::new(&self.quotients, self.couplings.clone()) {
-            Some(certificate) => lacking(&certificate, options),
-            None => (0..self.quotients.len()).collect(),
-        }
+        let certificate = Certificate::new(&self.quotients, self.couplings.clone());
+        certificate.map_or_else(|| (0..self.quotients.len()).collect(), |own| lacking(&own, options))
     }
 }
 
@@ -397,10 +395,8 @@ fn assemble(
             }
         }
     }
-    let Enclosed { mut mid, mut radius, .. } = match background {
-        Some(background) => background.g.clone(),
-        None => Enclosed::new(m, |_, _| Ball::ZERO),
-    };
+    let g = background.map(|background| background.g.clone());
+    let Enclosed { mut mid, mut radius, .. } = g.unwrap_or_else(|| Enclosed::new(m, |_, _| Ball::ZERO));
     for (at, &j) in columns.own.iter().enumerate() {
         for i in 0..m {
             mid.set(i, j, measured.g.get(i, at));

@@ -42,10 +42,7 @@ fn evaluate(bits: usize, f: impl FnOnce(&Context<HalfEven>, Option<&mut ConstCac
         Ok(mut cache) => f(&context, Some(&mut cache)),
         Err(_) => f(&context, None),
     });
-    match result {
-        Ok(value) => enclose(value, bits),
-        Err(_) => Big::not_finite(bits),
-    }
+    result.map_or_else(|_| Big::not_finite(bits), |value| enclose(value, bits))
 }
 
 /// A correctly rounded value of `bits` + [`GUARD`] bits. Half a unit of its last place is
