@@ -306,10 +306,7 @@ impl Budget {
     /// # Errors
     /// [`Exceeded`] where the budget is spent.
     pub fn check(&self) -> Result<(), Exceeded> {
-        if !self.is_spent() {
-            return Ok(());
-        }
-        self.state().1.clone().map_or(Ok(()), Err)
+        if self.is_spent() { self.state().1.clone().map_or(Ok(()), Err) } else { Ok(()) }
     }
 
     /// Names what is being worked on, and where it stands.

@@ -199,11 +199,9 @@ pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
     for old in &order {
         let row = &matrix[*old as usize];
         let common = common_denominator(row.iter().map(|(_, entry)| entry));
-        let mut own = Vec::with_capacity(row.len());
-        for (j, entry) in row {
-            let entry = entry.numerator() * (&common / IBig::from(entry.denominator()));
-            own.push((place[*j as usize], entry));
-        }
+        let times_common = |entry: &Number| entry.numerator() * (&common / IBig::from(entry.denominator()));
+        let own = row.iter().map(|(j, entry)| (place[*j as usize], times_common(entry)));
+        let mut own: Vec<(u32, IBig)> = own.collect();
         own.sort_unstable_by_key(|(j, _)| *j);
         let residues = own.iter().map(|(j, entry)| (*j, residue(entry)));
         elimination.add(residues.filter(|(_, x)| *x != 0).collect())?;

@@ -49,10 +49,7 @@ pub(super) fn kernel(own: &Linearized, known: usize) -> Option<Vec<Vec<Surd>>> {
             lower[i as usize].insert(j, share.clone());
         }
     });
-    if count > MOST_ENTRIES {
-        return None;
-    }
-    kernel_of(lower, known)
+    if count > MOST_ENTRIES { None } else { kernel_of(lower, known) }
 }
 
 /// Such vectors of the kernel of a symmetric matrix, of which the lower triangle is given.

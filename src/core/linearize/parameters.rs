@@ -72,12 +72,9 @@ pub(super) fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
 /// A model with those values of parameters put in that are no fractions, as cos(a) for a = π/3 is one; `None` where all are.
 pub(super) fn with_values(model: &Model) -> Option<Model> {
     let bodies = bodies(model);
-    let mut values = Substitution::default();
-    for number in parameters_of(model, &bodies) {
-        let own = &model.parameters[number];
-        values
-            .extend(own.value.filter(|value| model.pool.as_number(*value).is_none()).map(|value| (own.symbol, value)));
-    }
+    let is_written = |value: &ExprId| model.pool.as_number(*value).is_none();
+    let own = parameters_of(model, &bodies).into_iter().map(|number| &model.parameters[number]);
+    let values: Substitution = own.filter_map(|own| Some((own.symbol, own.value.filter(is_written)?))).gather();
     let mut model = if values.is_empty() { return None } else { model.clone() };
     let bodies = model.pool.substitute(&bodies, &values);
     set_bodies(&mut model, &bodies);

@@ -250,12 +250,8 @@ impl Conditions {
         visible: usize,
     ) -> Result<Self, LinearizeError> {
         let zero = pool.zero();
-        let mut rows: Rows = Vec::new();
-        for row in &stiffness[visible..] {
-            let mut own = row[..visible].to_vec();
-            own.resize(2 * visible, zero);
-            rows.push(own);
-        }
+        let at_velocities = |row: &Vec<ExprId>| [&row[..visible], &vec![zero; visible]].concat();
+        let mut rows: Rows = stiffness[visible..].iter().map(at_velocities).collect();
         let constraints = rows.len();
         let place = place(model, pool, &point[..visible]);
         for own in &model.rolling {

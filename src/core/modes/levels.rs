@@ -317,10 +317,7 @@ pub(super) fn satisfied(certificate: &Certificate, options: &Options, round: usi
     let separated = |cluster: &Cluster| {
         cluster.start >= wanted || if cluster.len() == 1 { shape::rough_error(cluster) < shapes } else { round > 0 }
     };
-    if options.vectors && !certificate.clusters.iter().all(separated) {
-        return false;
-    }
-    covered(certificate, options)
+    (!options.vectors || certificate.clusters.iter().all(separated)) && covered(certificate, options)
 }
 
 /// Whether the enclosures cover the wanted digits.

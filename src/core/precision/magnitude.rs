@@ -160,10 +160,7 @@ impl Magnitude {
         }
         let exact = Self::from_f64(rest);
         let exponent = exact.exponent + self.exponent;
-        if exponent < SMALLEST {
-            return Self::ZERO;
-        }
-        Self { exponent, ..exact }
+        if exponent < SMALLEST { Self::ZERO } else { Self { exponent, ..exact } }
     }
 
     /// The square root, rounded up.

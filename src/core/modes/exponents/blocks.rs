@@ -254,10 +254,7 @@ impl Pencil<'_> {
         }
         let bits = rows.iter().flatten().map(dashu_int::ops::BitTest::bit_len);
         let words = (bits.max().unwrap_or(0) * size / 64 + 1) as f64;
-        if (size as f64).powi(3) * words > MOST_WORK {
-            return None;
-        }
-        Some(size - rank(rows))
+        ((size as f64).powi(3) * words <= MOST_WORK).then(|| size - rank(rows))
     }
 }
 

@@ -207,9 +207,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     }
     real.order_by(|&a, &b| columns.mu(b).re.mid.hi.total_cmp(&columns.mu(a).re.mid.hi));
     real.truncate(real.len().div_ceil(2));
-    for j in real {
-        entries.push(entry(scaled, solution, j, &shapes, options));
-    }
+    entries.extend(real.into_iter().map(|j| entry(scaled, solution, j, &shapes, options)));
     if options.vectors {
         for group in &certificate.groups {
             orthonormal(scaled, solution, &shapes, group, &mut entries);
@@ -220,10 +218,8 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         let zeros = if facts.paired { facts.least_zeros / 2 } else { z };
         let basis = options.vectors.then(|| zero_shapes(scaled, solution, zeros));
         let mut basis = basis.flatten().unwrap_or_default().into_iter();
-        for k in 0..zeros {
-            let shape = basis.next().unwrap_or_else(|| shapes.of(k % z));
-            entries.push(zero(shape, None, certificate.of[0] as u32));
-        }
+        let shape = |k: usize| basis.next().unwrap_or_else(|| shapes.of(k % z));
+        entries.extend((0..zeros).map(shape).map(|shape| zero(shape, None, certificate.of[0] as u32)));
         // Columns of the exponent 0 that are not proved to be of it.
         let left = columns.together().saturating_sub(facts.least_zeros);
         let left = if facts.paired { left / 2 } else { left };

@@ -152,10 +152,7 @@ impl Big {
     /// A lower bound of x^2, as a power of 2.
     fn abs_lower_squared(&self) -> Magnitude {
         let least = self.abs_lower();
-        if least.is_zero() {
-            return least;
-        }
-        Magnitude::power_of_two(2 * least.parts().1)
+        if least.is_zero() { least } else { Magnitude::power_of_two(2 * least.parts().1) }
     }
 
     /// The angle of the point (x, y), in (-pi, pi]: `y.atan2(x)`. Not finite if the point may be the
