@@ -36,19 +36,11 @@ impl Groups {
     }
 }
 
-/// The groups of numbers below a count of which some pairs are linked.
+/// The groups of numbers below a count of which some pairs are linked, in either order.
 pub fn connected(count: usize, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
-    let mut left: Vec<usize> = (0..count).collect();
-    let mut parts = Vec::new();
-    while !left.is_empty() {
-        let mut part = vec![left.remove(0)];
-        let mut at = 0;
-        while let Some(i) = part.get(at).copied() {
-            part.extend(left.extract_if(.., |j| linked(i, *j)));
-            at += 1;
-        }
-        part.sort_unstable();
-        parts.push(part);
+    let mut groups = Groups::new(count);
+    for j in 0..count {
+        (0..j).filter(|i| linked(*i, j)).for_each(|i| groups.join(i, j));
     }
-    parts
+    groups.all()
 }

@@ -126,14 +126,7 @@ impl Number {
     /// The fraction `numerator / denominator`; `None` where the denominator is 0.
     #[must_use]
     pub fn ratio(numerator: i64, denominator: i64) -> Option<Number> {
-        if denominator == 0 {
-            return None;
-        }
-        let negative = (numerator < 0) != (denominator < 0);
-        let (n, d) = (numerator.unsigned_abs(), denominator.unsigned_abs());
-        let g = gcd64(n, d);
-        let n = i128::from(n / g);
-        Some(Number::reduced(if negative { -n } else { n }, u128::from(d / g)))
+        Number::from(numerator).div(&Number::from(denominator))
     }
 
     /// The numerator of the reduced fraction; it carries the sign.

@@ -123,13 +123,10 @@ pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[B
     let point = Surface::new(model, kept)?.near(model, start, bits)?;
     let (gaps, rows) = Surface::new(model, others)?.at(model, &point, bits)?;
     let size = size(&point);
-    for ((number, gap), row) in others.iter().zip(&gaps).zip(&rows) {
+    Some(others.iter().zip(&gaps).zip(&rows).find_map(|((number, gap), row)| {
         let slope = row.iter().map(Big::abs_upper).fold(Magnitude::ZERO, Magnitude::max);
-        if gap.abs_upper() > (slope * size).scale(-(bits as i64 / 2)) {
-            return Some(Some((*number, gap.mid_f64())));
-        }
-    }
-    Some(None)
+        (gap.abs_upper() > (slope * size).scale(-(bits as i64 / 2))).then(|| (*number, gap.mid_f64()))
+    }))
 }
 
 /// A point in doubles or balls, exactly.
