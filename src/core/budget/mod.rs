@@ -194,7 +194,7 @@ impl From<&Exceeded> for Diagnostic {
 }
 
 /// What is being worked on, for messages.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Task {
     what: String,
     span: Option<Span>,
@@ -209,7 +209,7 @@ impl fmt::Debug for Listener {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Shared {
     bytes: u64,
     held: AtomicU64,
@@ -238,16 +238,7 @@ impl Budget {
     #[must_use]
     pub fn new(bytes: u64) -> Self {
         let task = Task { what: "the model".to_owned(), span: None };
-        Self(Arc::new(Shared {
-            bytes,
-            held: AtomicU64::new(0),
-            written: AtomicU64::new(0),
-            spent: AtomicBool::new(false),
-            watched: AtomicBool::new(false),
-            nearly: AtomicBool::new(false),
-            state: Mutex::new((task, None)),
-            listener: OnceLock::new(),
-        }))
+        Self(Arc::new(Shared { bytes, state: Mutex::new((task, None)), ..Shared::default() }))
     }
 
     /// From now on a listener hears which solver is chosen and why, a line at a time; there is one listener, the first.

@@ -3,6 +3,8 @@
 //! With q_i = u_i q'_i and λ = ρ λ' the matrices are ρ² u_i u_j M_ij, ρ u_i u_j D_ij and u_i u_j S_ij. The first entry that couples a
 //! coordinate to one before it says its unit, and an entry of D, or one of S beside that of M, says ρ.
 
+use std::array;
+
 use dashu_int::IBig;
 
 use super::elimination::common_denominator;
@@ -101,16 +103,14 @@ fn whole(matrices: &[Vec<Exact>; 3], rate: &Root, units: &[Root]) -> Option<Inte
     let powers = powers(rate)?;
     let own = units.iter().map(root).collect::<Option<Vec<Surd>>>()?;
     let own: Vec<Exact> = own.into_iter().map(Exact::of).collect();
-    let turned = matrices.iter().zip(&powers).map(|(matrix, power)| {
-        let entries = matrix.iter().enumerate();
-        let entries = entries.map(|(at, entry)| entry.mul(power).mul(&own[at % n]).mul(&own[at / n]));
-        entries.collect::<Vec<Exact>>()
+    let turned: [Vec<Exact>; 3] = array::from_fn(|k| {
+        let entries = matrices[k].iter().enumerate();
+        entries.map(|(at, entry)| entry.mul(&powers[k]).mul(&own[at % n]).mul(&own[at / n])).collect()
     });
-    let turned: Vec<Vec<Exact>> = turned.collect();
     let terms = turned.iter().flatten().map(Exact::terms);
     let terms = terms.collect::<Option<Vec<_>>>()?;
     let field = Field::of(terms.into_iter().flatten())?;
-    let mut numbers = vec![vec![Number::ZERO; (n * n) << field.0.len()]; 3];
+    let mut numbers: [Vec<Number>; 3] = array::from_fn(|_| vec![Number::ZERO; (n * n) << field.0.len()]);
     for (numbers, matrix) in numbers.iter_mut().zip(&turned) {
         for (at, entry) in matrix.iter().enumerate() {
             for term in entry.terms()? {
@@ -125,9 +125,8 @@ fn whole(matrices: &[Vec<Exact>; 3], rate: &Root, units: &[Root]) -> Option<Inte
     }
     let common = common_denominator(numbers.iter().flatten());
     let whole = |entry: &Number| entry.numerator() * (&common / IBig::from(entry.denominator()));
-    let mut matrices = numbers.iter().map(|own| own.iter().map(whole).collect());
     Some(Integers {
-        matrices: [matrices.next()?, matrices.next()?, matrices.next()?],
+        matrices: numbers.map(|own| own.iter().map(whole).collect()),
         roots: field.0.iter().map(Number::numerator).collect(),
         rate: rate.clone(),
         coordinates: units.to_vec(),
