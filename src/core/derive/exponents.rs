@@ -16,7 +16,9 @@ use super::ring::EXPONENT;
 use super::roots::{plain_root, root, up_to_sign, with_common_bar};
 use super::shapes::on_one_bar;
 use super::simplify::{Algebra, Opening, expand, split, written};
-use crate::expr::{ExprId, Function, Node, Pool};
+use crate::expr::{ExprId, Function, Node, Pool, Symbol};
+use crate::linearize;
+use crate::model::Parameter;
 use crate::number::Number;
 use crate::order::Order;
 use crate::oscillation::NormalMode;
@@ -43,6 +45,8 @@ pub struct Exponents {
     pub settled: bool,
     /// What has been done to the exponents since.
     pub approximations: Vec<Approximation>,
+    /// The parameters that have values, to tell which exponent of a pair has a positive imaginary part there.
+    pub(super) values: Vec<(Symbol, f64)>,
 }
 
 impl Exponents {
@@ -118,7 +122,9 @@ impl StabilityCondition {
 /// The exponents, of conservative models from their frequencies.
 pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Exponents {
     pool.budget().at("the exponents in symbols", None);
-    let mut own = Exponents::default();
+    let model = checker.model;
+    let value = |own: &Parameter| Some((own.symbol, linearize::constant(&model.pool, own.value?)?.mid_f64()));
+    let mut own = Exponents { values: model.parameters.iter().filter_map(value).collect(), ..Exponents::default() };
     let case = linear.frequencies.as_ref().map(|own| own.best()).filter(|case| case.complete);
     let parts = Factored::new(checker, pool, linear);
     let is_general = parts.is_some() || case.is_some_and(|case| case.ties.is_empty());

@@ -6,7 +6,7 @@ use super::exponents::{ClosedExponent, Exponents};
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
 use super::roots::{best_to_read, of_polynomial, root};
 use super::simplify::{Algebra, rebuild};
-use crate::expr::{ExprId, Node, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Node, Substitution, Symbol, Tape, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::Function;
 
@@ -150,29 +150,64 @@ impl Exponents {
     pub(super) fn approximate(&mut self, pool: &mut Algebra<'_>, done: &Approximation) {
         let all: Vec<ExprId> = self.exponents.iter().flat_map(|own| [own.real, own.imaginary]).collect();
         if let Some(symbol) = symbol(pool, &all, done.name()) {
-            let before = self.exponents.len();
+            let count: usize = self.exponents.iter().map(|own| own.multiplicity).sum();
+            let undamped = self.exponents.iter().all(|own| own.real.is_zero());
+            let magnitudes = magnitudes_in(pool, &all);
+            let is_series = matches!(done, Approximation::Expansion { .. });
             for own in &mut self.exponents {
                 for part in [&mut own.real, &mut own.imaginary] {
                     let value = done.of(pool, *part, symbol);
                     // A series is simple as it is, with its root in front.
-                    *part = if matches!(done, Approximation::Limit { .. }) { pool.simplify(value) } else { value };
+                    *part = if is_series { value } else { pool.simplify(value) };
                 }
                 own.damping_ratio = None;
             }
             self.exponents.retain(|own| ![own.real, own.imaginary].into_iter().any(|part| pool.is_undefined(part)));
             let imaginary: Vec<ExprId> = self.exponents.iter().map(|own| own.imaginary).collect();
-            if self.exponents.iter().all(|own| own.real.is_zero())
-                && let Some(drawn) = drawn(pool, &imaginary)
-            {
+            if undamped && let Some(drawn) = drawn(pool, &imaginary) {
                 let each = self.exponents.iter_mut().zip(drawn);
                 each.for_each(|(own, drawn)| own.imaginary = pool.simplify(drawn));
             }
-            self.complete &= self.exponents.len() == before;
+            if is_series {
+                // Where a root has become that of a square, either sign of it may leave nothing to divide by.
+                let is_open = |pool: &Algebra<'_>, own: &ClosedExponent| {
+                    magnitudes_in(pool, &[own.real, own.imaginary]).iter().any(|own| !magnitudes.contains(own))
+                };
+                let zeros = count - self.exponents.iter().map(|own| own.multiplicity).sum::<usize>();
+                if (zeros > 0 || self.exponents.iter().any(|own| is_open(pool, own)))
+                    && let Some(series) = self.series(pool, done, symbol).filter(|_| undamped)
+                    && series.len() == count
+                {
+                    self.exponents = series;
+                }
+                self.exponents.retain(|own| !is_open(pool, own));
+            }
+            self.exponents = std::mem::take(&mut self.exponents).into_iter().map(|own| own.drawn(pool)).collect();
+            self.complete &= self.exponents.iter().map(|own| own.multiplicity).sum::<usize>() == count;
             self.merge(pool);
         }
         self.characteristic = None;
         self.stability = None;
         self.approximations.push(done.clone());
+    }
+
+    /// The exponents of an undamped system from the series of the zeros of its characteristic polynomial.
+    fn series(&self, pool: &mut Algebra<'_>, done: &Approximation, symbol: Symbol) -> Option<Vec<ClosedExponent>> {
+        let characteristic = self.characteristic.as_ref()?;
+        if characteristic.iter().skip(1).step_by(2).any(|odd| !odd.is_zero()) {
+            return None;
+        }
+        let squares = finite(pool, done, characteristic, symbol)?;
+        let both = squares.into_iter().flat_map(|own| {
+            let root = pool.sqrt(own.omega_squared);
+            let series = done.of(pool, root, symbol);
+            let imaginary = if pool.is_undefined(series) { root } else { series };
+            [imaginary, pool.neg(imaginary)]
+        });
+        let both: Vec<ExprId> = both.collect();
+        let real = pool.zero();
+        let exponent = |imaginary| ClosedExponent { real, imaginary, multiplicity: 1, damping_ratio: None };
+        Some(both.into_iter().map(exponent).collect())
     }
 
     /// Adds an exponent, to the same one where there is one.
@@ -191,11 +226,44 @@ impl Exponents {
             let (real, imaginary) = (merged[at].real, merged[at].imaginary);
             let opposite = pool.neg(imaginary);
             let other = merged[at..].iter().position(|own| (own.real, own.imaginary) == (real, opposite));
-            if let Some(other) = other.filter(|_| pool.split_content(imaginary).0.is_negative()) {
+            let mut is_negative = || {
+                let there = sign_at(pool, imaginary, &self.values);
+                there.unwrap_or_else(|| pool.split_content(imaginary).0.is_negative())
+            };
+            if let Some(other) = other.filter(|_| is_negative()) {
                 merged.swap(at, at + other);
             }
         }
     }
+}
+
+impl ClosedExponent {
+    /// The exponent; one of two real ones where the imaginary part has become the root of minus a square.
+    fn drawn(self, pool: &mut Algebra<'_>) -> Self {
+        let square = pool.square(self.imaginary);
+        let opposite = pool.neg(square);
+        let (size, is_drawn) = root(pool, opposite);
+        if self.imaginary.is_zero() || !is_drawn {
+            return self;
+        }
+        let is_negative = pool.split_content(self.imaginary).0.is_negative();
+        let real = if is_negative { pool.add(self.real, size) } else { pool.sub(self.real, size) };
+        Self { real: pool.simplify(real), imaginary: pool.zero(), ..self }
+    }
+}
+
+/// Whether an expression is negative at the values of its parameters; `None` where some have none.
+fn sign_at(pool: &Algebra<'_>, e: ExprId, values: &[(Symbol, f64)]) -> Option<bool> {
+    let symbols: Vec<Symbol> = values.iter().map(|own| own.0).collect();
+    let there: Vec<f64> = values.iter().map(|own| own.1).collect();
+    let found = Tape::compile(pool, &[e], &symbols).ok()?.evaluate(&there, &mut Vec::new())[0];
+    (found.is_finite() && found != 0.0).then_some(found < 0.0)
+}
+
+/// The magnitudes that expressions are made of.
+fn magnitudes_in(pool: &Algebra<'_>, all: &[ExprId]) -> BTreeSet<ExprId> {
+    let is_magnitude = |id: &ExprId| matches!(pool.node(*id), Node::Function(Function::Abs, _));
+    pool.reachable(all).into_iter().filter(is_magnitude).collect()
 }
 
 /// The squares of the frequencies that stay finite in a limit: zeros of det(K - z M), whose degree falls there; or their series.
