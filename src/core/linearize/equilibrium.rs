@@ -286,10 +286,8 @@ impl Search<'_> {
         if open && let Some(closer) = self.closer_force(at, proof) {
             force = closer;
         }
-        match held.into_iter().find(|i| !force[*i].contains_zero()) {
-            Some(i) => Err(self.acts(i, force_text(self.model, i, -force[i].mid_f64()))),
-            None => Ok(()),
-        }
+        let acting = held.into_iter().find(|i| !force[*i].contains_zero());
+        acting.map_or(Ok(()), |i| Err(self.acts(i, force_text(self.model, i, -force[i].mid_f64()))))
     }
 
     /// The error that a force acts on a coordinate.

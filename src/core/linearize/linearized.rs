@@ -146,13 +146,10 @@ impl Linearized {
         let following = following.map(|at| self.constrained.as_ref().map_or(*at, |own| own.tangent.free[*at]));
         let flow = || self.flow().filter(|_| self.rolling().is_none());
         let flowing = || flow()?.places.first().and_then(|at| self.free_coordinates().get(*at).copied());
-        match following.or_else(flowing) {
-            Some(at) => {
-                let span = self.model().coordinates.at(at).span;
-                Err(LinearizeError::Unsupported { feature: Feature::Massless, span })
-            }
-            None => Ok(()),
-        }
+        following.or_else(flowing).map_or(Ok(()), |at| {
+            let span = self.model().coordinates.at(at).span;
+            Err(LinearizeError::Unsupported { feature: Feature::Massless, span })
+        })
     }
 
     /// The coordinates without inertia that friction or gyroscopic forces hold.

@@ -176,7 +176,7 @@ impl Scalar for Lane {
 
     #[inline]
     fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
-        sums::convolution_of_lanes(left, right)
+        (!left.is_empty()).then(|| sums::convolution_of_lanes(left, right))
     }
 
     /// Whether all eight are.

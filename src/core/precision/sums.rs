@@ -140,12 +140,9 @@ fn ball_loops<const FUSED: bool>(left: &[Ball], right: &[Ball]) -> Option<Ball> 
     Some((part(0) + part(1)) + (part(2) + part(3)))
 }
 
-/// The same for eight rows at once, in doubles.
-pub(super) fn convolution_of_lanes(left: &[Lane], right: &[Lane]) -> Option<Lane> {
-    (!left.is_empty()).then(|| side_by_side(left, right))
-}
-
-kernel!(side_by_side, lane_loops, (left: &[Lane], right: &[Lane]) -> Lane);
+kernel!(
+/// The same for eight rows at once, in doubles; of one product at least.
+pub(super) convolution_of_lanes, lane_loops, (left: &[Lane], right: &[Lane]) -> Lane);
 
 #[inline(always)]
 fn lane_loops<const FUSED: bool>(left: &[Lane], right: &[Lane]) -> Lane {

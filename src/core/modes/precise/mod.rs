@@ -380,10 +380,8 @@ fn assemble(
             .with_added_radius(Magnitude::from_f64(radius));
         // Both bounds hold for the same eigenvalue.
         let before = solved.map(|solved| solved.certificate.eigenvalues[position]);
-        match before.filter(|before| before.radius <= value.radius().to_f64()) {
-            Some(before) => (before, None),
-            None => (value.to_ball(), own[i].map(|_| value)),
-        }
+        let sharper = before.filter(|before| before.radius <= value.radius().to_f64());
+        sharper.map_or_else(|| (value.to_ball(), own[i].map(|_| value)), |before| (before, None))
     };
     let (eigenvalues, precise) = order.iter().zip(&enclosures.radii).enumerate().map(enclosed).unzip();
     let mut clusters = enclosures.clusters;
