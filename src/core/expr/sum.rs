@@ -67,10 +67,7 @@ impl Pool {
         if factor.is_one() {
             return e;
         }
-        if factor.is_zero() {
-            return ZERO;
-        }
-        self.linear_iter(std::iter::once((e, factor.clone())))
+        if factor.is_zero() { ZERO } else { self.linear_iter(std::iter::once((e, factor.clone()))) }
     }
 
     fn linear_iter(&mut self, parts: impl Iterator<Item = (ExprId, Number)>) -> ExprId {

@@ -148,10 +148,8 @@ impl<'a> Elaborator<'a> {
 
     /// Tells the budget which statement is being worked on.
     fn begin(&self, kind: &StatementKind, span: Span) {
-        let what = match kind.declared().as_slice() {
-            [] => "this statement".to_owned(),
-            [first, ..] => format!("`{}`", first.text),
-        };
+        let declared = kind.declared();
+        let what = declared.first().map_or_else(|| "this statement".to_owned(), |first| format!("`{}`", first.text));
         self.world.pool.budget().at(what, Some(span));
     }
 

@@ -2,8 +2,7 @@
 
 use super::ModelError;
 use super::values::{Misfit, Value, cross, dot, norm, product, sum, three, transposed};
-use crate::expr::{ExprId, Pool, ZeroVerdict, function_from_name};
-use crate::number::Number;
+use crate::expr::{ExprId, Pool, ZeroVerdict, function_from_name, ratio};
 use crate::precision::Function;
 use crate::span::Span;
 use crate::syntax::{FUNCTIONS, Name};
@@ -239,8 +238,7 @@ fn body_tensor(pool: &mut Pool, body: Body, arguments: &[ExprId]) -> Value {
         let length = length.unwrap_or(zero);
         let square = pool.mul(length, length);
         let inertia = pool.mul(mass, square);
-        let factor = Number::ratio(numerator, denominator).unwrap_or_else(|| Number::from(0));
-        pool.scale(inertia, &factor)
+        pool.scale(inertia, &ratio(numerator, denominator))
     };
     let diagonal = match body {
         Body::Sphere => [term(pool, 2, 5, get(1)); 3],

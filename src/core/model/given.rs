@@ -215,10 +215,7 @@ impl Elaborator<'_> {
             return (from..=to).enumerate().try_for_each(|(i, index)| {
                 let mut deeper = at.to_vec();
                 deeper.push(index);
-                let part = match value {
-                    Value::Vector(parts) => &parts[i],
-                    Value::Scalar(_) => value,
-                };
+                let part = if let Value::Vector(parts) = value { &parts[i] } else { value };
                 self.assign(family, &deeper, part, factor, what, span, value_span, into)
             });
         }

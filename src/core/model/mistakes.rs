@@ -53,10 +53,7 @@ impl World {
         let filters = filters(sum);
         let ranges = self.instances::<ModelError>(&sum.binders, &filters, slots, span, |world, slots| {
             world.find_mistakes(&sum.body, slots, mistakes);
-            if mistakes.len() > before {
-                return Err(ModelError::FollowOn {});
-            }
-            Ok(())
+            if mistakes.len() > before { Err(ModelError::FollowOn {}) } else { Ok(()) }
         });
         if let Err(error) = ranges
             && error != (ModelError::FollowOn {})

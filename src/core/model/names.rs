@@ -454,6 +454,7 @@ impl Model {
     /// The model with some of its coordinates, and what is given of them: without energies, forces and constraints.
     pub(crate) fn bare(&self, kept: &[usize]) -> Self {
         let none = || Givens::none(0);
+        let gone = (0..self.coordinates.len()).filter(|i| !kept.contains(i));
         let mut own = Self {
             coordinates: Coordinates::default(),
             families: Vec::new(),
@@ -468,10 +469,7 @@ impl Model {
             forces: Vec::new(),
             constraints: Vec::new(),
             rolling: Vec::new(),
-            follow: (0..self.coordinates.len())
-                .filter(|i| !kept.contains(i))
-                .map(|i| self.coordinates.at(i).name())
-                .collect(),
+            follow: gone.map(|i| self.coordinates.at(i).name()).collect(),
             ..self.clone()
         };
         for (at, i) in kept.iter().enumerate() {

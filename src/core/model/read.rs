@@ -254,10 +254,7 @@ impl World {
             let Some(progress) = own.progress.as_mut() else { return Ok(()) };
             if let Some(current) = progress.current {
                 // A member that is being written out asks for one that comes later, or for itself.
-                if at >= current {
-                    return Err(own.family.recursive(&current, span).into());
-                }
-                return Ok(());
+                return if at >= current { Err(own.family.recursive(&current, span).into()) } else { Ok(()) };
             }
             let Some(next) = progress.order.get(progress.done).copied() else { return Ok(()) };
             if next > at {

@@ -242,10 +242,7 @@ impl World {
         let done = self.instances(&sum.binders, &filters, slots, span, |world, slots| {
             count += 1;
             world.run_light(&sum.body, slots, steps, instance)?;
-            if instance.leaves.len() > MOST_SLOTS {
-                return Err(Stop::WriteOut);
-            }
-            Ok(())
+            if instance.leaves.len() > MOST_SLOTS { Err(Stop::WriteOut) } else { Ok(()) }
         });
         steps.truncate(outer);
         instance.note(count);

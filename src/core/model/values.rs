@@ -117,17 +117,14 @@ pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Mis
     }
     let mut total: Option<Value> = None;
     for (negative, value) in terms {
+        let mut add = |a, b| if *negative { pool.sub(a, b) } else { pool.add(a, b) };
         total = Some(match total {
             None if *negative => value.map(&mut |e| pool.neg(e)),
             None => value.clone(),
-            Some(total) => total
-                .zip(value, &mut |a, b| {
-                    if *negative { pool.sub(a, b) } else { pool.add(a, b) }
-                })
-                .ok_or_else(|| {
-                    let what = if *negative { "subtracted from" } else { "added to" };
-                    (format!("{} can't be {what} {}", value.describe(), total.describe()), None)
-                })?,
+            Some(total) => total.zip(value, &mut add).ok_or_else(|| {
+                let what = if *negative { "subtracted from" } else { "added to" };
+                (format!("{} can't be {what} {}", value.describe(), total.describe()), None)
+            })?,
         });
     }
     Ok(total.unwrap_or_else(|| Value::Scalar(pool.zero())))

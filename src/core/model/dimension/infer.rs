@@ -85,11 +85,10 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
 #[must_use]
 pub fn dimensions(file: &File) -> BTreeMap<String, Dimension> {
     let known = infer(file).known.into_iter();
-    known
-        .filter_map(|(name, own)| {
-            Some((name, own.first()?.clone().filter(|first| own.iter().all(|x| x.as_ref() == Some(first)))?))
-        })
-        .gather()
+    let known = known.filter_map(|(name, own)| {
+        Some((name, own.first()?.clone().filter(|first| own.iter().all(|x| x.as_ref() == Some(first)))?))
+    });
+    known.gather()
 }
 
 /// The families that are indexed by more than literals somewhere: their members are alike.
