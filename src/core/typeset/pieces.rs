@@ -218,11 +218,7 @@ impl Breaker<'_> {
     fn fraction(&self, above: &Formula, below: &Formula, out: &mut Vec<Piece>) {
         if self.is_long(below) {
             self.pieces(&bracketed(above), out);
-            let own = out.len();
-            self.pieces(below, out);
-            self.attach(vec![Token::Over, Token::Open(Bracket::Round)], own, out);
-            close(out, Token::Close(Bracket::Round));
-            return;
+            return self.between(vec![Token::Over], Bracket::Round, below, out);
         }
         let factors = match above {
             Formula::Product(factors) => factors.as_slice(),
