@@ -413,9 +413,10 @@ impl Letters {
             if !opposite || !coefficient.is_one() || *exponent != Number::from(2) {
                 return None;
             }
-            let ([family, from, axis], [other, to, along]) = (self.component(pool, *a)?, self.component(pool, *b)?);
-            let alike = family == other && axis == along;
-            let own = Points { family, from, to };
+            let (from, to) = (self.component(pool, *a)?, self.component(pool, *b)?);
+            let alike = from.family == to.family && from.axis == to.axis;
+            let axis = from.axis;
+            let own = Points { family: from.family, from: from.point, to: to.point };
             if !alike || points.as_ref().is_some_and(|p| *p != own) {
                 return None;
             }
@@ -428,16 +429,23 @@ impl Letters {
         (all == axes.len()).then_some(points)
     }
 
-    /// The family, the point and the axis of a coordinate `r[2,1]`.
-    fn component(&self, pool: &Pool, e: ExprId) -> Option<[String; 3]> {
+    fn component(&self, pool: &Pool, e: ExprId) -> Option<Component> {
         let name = pool.symbol_name(pool.as_symbol(e)?);
         if !self.names.coordinates.iter().any(|own| *own == name) {
             return None;
         }
         let (family, indices) = name.strip_suffix(']')?.split_once('[')?;
         let (point, axis) = indices.rsplit_once(',')?;
-        Some([family, point, axis].map(str::to_owned))
+        let own = |text: &str| text.to_owned();
+        Some(Component { family: own(family), point: own(point), axis: own(axis) })
     }
+}
+
+/// A coordinate `r[2,1]`.
+struct Component {
+    family: String,
+    point: String,
+    axis: String,
 }
 
 #[derive(PartialEq, Eq)]
