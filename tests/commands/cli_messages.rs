@@ -79,7 +79,7 @@ fn what_can_not_be_set_and_where_filters_stand_is_told() {
     assert!(help(model, &["--set", "s=1"]).contains("`s` follows from others"));
     assert!(help(model, &["--set", "kk=1"]).contains("did you mean `k`?"));
     let filter = "coord x[1..3]  T = 1/2*dot(x', x')  V = sum(i in 1..3 where i != 2, j in 1..3, x[i]*x[j])";
-    assert!(help(filter, &[]).contains("a filter behind all of them"));
+    assert!(help(filter, &[]).contains("then the filter"));
 }
 
 #[test]

@@ -226,6 +226,58 @@ fn limits_of_pairs_are_positive() {
     assert_eq!(all, [(0.5, 2), (-0.5, 2)]);
 }
 
+/// Series and limits of exponents where a root becomes that of a square: whatever its sign, none is divided by zero, and none is called imaginary that is
+/// real. The first of a pair is the positive one at the values.
+#[test]
+fn series_and_limits_of_exponents_have_their_values() {
+    let exponents = |own: &Derivation, values: &[(&str, f64)]| -> Vec<(f64, f64)> {
+        let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+        assert!(found.complete);
+        let all = found.exponents.iter().flat_map(|one| vec![one; one.multiplicity]);
+        all.map(|one| (at(own, one.real, values), at(own, one.imaginary, values))).collect()
+    };
+    let is_near = |found: &[(f64, f64)], want: &[(f64, f64)], tolerance: f64| {
+        assert_eq!(found.len(), want.len(), "{found:?}");
+        for own in want {
+            let off = |other: &&(f64, f64)| (own.0 - other.0).abs().max((own.1 - other.1).abs()) < tolerance;
+            assert!(found.iter().any(|other| off(&other)), "{found:?} {want:?}");
+        }
+    };
+    // s⁴ + (k1 + k2 + h²) s² + k1 k2: the slow pair is √(k1 k2/(k2 + h²)) for small k1, and no series in k1 itself.
+    for assumed in ["", "  assume k1 > 0, k2 > 0, h > 0"] {
+        let mut own = page(&format!(
+            "param k1 = 3, k2 = 4, h = 5  coord a, b
+             lagrangian = 1/2*a'^2 + 1/2*b'^2 + h*a*b' - 1/2*k1*a^2 - 1/2*k2*b^2{assumed}"
+        ));
+        own.expand("k1", 1);
+        let (slow, fast) = ((3e-6 * 4.0 / 29.0_f64).sqrt(), 29.0_f64.sqrt() * (1.0 + 25.0 / 2.0 * 3e-6 / 29.0 / 29.0));
+        let found = exponents(&own, &[("k1", 3e-6), ("k2", 4.0), ("h", 5.0)]);
+        is_near(&found, &[(0.0, slow), (0.0, -slow), (0.0, fast), (0.0, -fast)], 1e-9);
+    }
+    let damped = "param m = 1, k = 3, c = 0.4  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2";
+    let values = [("m", 1.0), ("c", 0.4), ("k", 1e-4)];
+    let [mut limit, mut series] = [page(damped), page(damped)];
+    limit.limit("k", &Number::ZERO);
+    is_near(&exponents(&limit, &values), &[(0.0, 0.0), (-0.4, 0.0)], 1e-15);
+    series.expand("k", 1);
+    is_near(&exponents(&series, &values), &[(-1e-4 / 0.4, 0.0), (1e-4 / 0.4 - 0.4, 0.0)], 1e-15);
+    let positive = |own: &Derivation, values: &[(&str, f64)]| {
+        exponents(own, values).chunks(2).for_each(|pair| assert!(pair[0].1 >= 0.0, "{pair:?}"));
+    };
+    let larmor = "param q = -1, B = 2, m = 1, k = 3  coord x, y
+        lagrangian = 1/2*m*(x'^2 + y'^2) + q*B/2*(x*y' - y*x') - 1/2*k*(x^2 + y^2)";
+    let values = [("q", -1.0), ("B", 2.0), ("m", 1.0), ("k", 3.0)];
+    let [mut limit, mut series] = [page(larmor), page(larmor)];
+    limit.limit("k", &Number::ZERO);
+    positive(&limit, &values);
+    series.expand("k", 1);
+    positive(&series, &values);
+    let mut own =
+        page("param A = 1, k = 3, h = 0.4  coord a, b  lagrangian = 1/2*A*(a'^2 + b'^2) + h*a*b' - 1/2*k*(a^2 + b^2)");
+    own.expand("h", 3);
+    positive(&own, &[("A", 1.0), ("k", 3.0), ("h", 0.1)]);
+}
+
 /// A parameter that is tiny makes no two values one, and no bars are dropped from friction.
 #[test]
 fn what_is_small_or_in_bars_is_not_lost() {

@@ -16,7 +16,7 @@ Feature {
     /// A `dissipation` function.
     Dissipation "the model has a dissipation function, which a mass and a stiffness matrix can't describe",
     /// A generalised `force`.
-    Force "the model has forces that no energy gives, which a mass and a stiffness matrix can't describe",
+    Force "the model has generalised forces, which a mass and a stiffness matrix can't describe",
     /// A `constraint`.
     Constraint "the model has constraints, which are not supported here",
     /// A `constraint` on velocities.
@@ -88,7 +88,7 @@ Error LinearizeError {
         /// The generalised force, as an expression, as a number or both.
         force: String,
     } => at(*span, "given here").with_help(
-        "at an equilibrium every generalised force vanishes; if this is only near the equilibrium, give it with `guess`, and the search starts there",
+        "at an equilibrium every generalised force vanishes; if this point is only near the equilibrium, give it with `guess`: the search starts there",
     ),
 
     /// A force that vanishes nowhere.
@@ -128,7 +128,7 @@ Error LinearizeError {
         holds: bool,
     } => at(*span, "this constraint")
         .with_help(if *holds {
-            "a constraint that is a square or a product, as (x - y)^2 = 0, does not determine which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
+            "a constraint that is a square or a product, such as (x - y)^2 = 0, does not determine the allowed motions: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
         } else {
             "there the constraint restricts no motion and exerts no force: start elsewhere, with `guess`"
         }),
@@ -145,7 +145,7 @@ Error LinearizeError {
     } => {
         let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
         let help = cause.as_deref().unwrap_or(
-            "is there a division by zero, a root of a negative number, or a number too large? Check the values of the parameters and all terms of sums; if a coordinate is the cause, `guess` moves the starting point",
+            "is there a division by zero, a root of a negative number, or a number too large? Check the values of the parameters and all terms of sums; if a coordinate is the cause, choose another starting point with `guess`",
         );
         at(*span, label).with_help(help)
     },
@@ -171,8 +171,8 @@ Error LinearizeError {
     "E0326" NotCondensed(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
-    } => at(*span, "nothing of second order in this motion itself occurs in V")
-        .with_help("a multiplier, as y in V = y*(x - a), stands for `constraint x = a`; else give the motion a mass in T or a spring of its own in V"),
+    } => at(*span, "V has no term of second order in this motion")
+        .with_help("a multiplier, such as y in V = y*(x - a), is written `constraint x = a`; otherwise give the motion a mass in T or a spring in V"),
 
     /// A direction with negative inertia.
     #[error("{} has a negative inertia: the mass matrix is not positive", combination_words(.combination))]
@@ -187,8 +187,8 @@ Error LinearizeError {
     "E0322" RollingBroken(span) {
         /// The left side less the right one, as an expression.
         difference: String,
-    } => at(*span, "the steady motion breaks it")
-        .with_help("give rates that obey it: a wheel that rolls at the speed v turns at v/r"),
+    } => at(*span, "violated by the steady motion")
+        .with_help("give rates that satisfy it: a wheel that rolls at speed v turns at the rate v/r"),
 
     /// Conditions on velocities whose small oscillations are not worked out.
     #[error("the small oscillations under these conditions on velocities are not covered: {reason}")]
@@ -196,7 +196,7 @@ Error LinearizeError {
         /// Why.
         reason: &'static str,
     } => at(*span, "a condition on velocities")
-        .with_help("`motion` integrates the equations as they are; conditions with constant coefficients, x' = r*theta', are covered always"),
+        .with_help("`motion` integrates the full equations; conditions with constant coefficients, x' = r*theta', are always covered"),
 
     /// A feature of the language that modes do not cover.
     #[error("{}", .feature.words())]
@@ -205,9 +205,9 @@ Error LinearizeError {
         feature: Feature,
     } => at(*span, "")
         .with_help(match feature {
-            Feature::Rolling => "`modes` and `motion` cover them; their equilibria come in families, with no isolated ones",
-            Feature::Massless => "`modes` and `response` cover it; elsewhere give it a small inertia",
-            Feature::Constraint => "write the energies in independent coordinates, as an angle in place of x and y on a circle; `modes` covers constraints",
+            Feature::Rolling => "`modes` and `motion` cover them; their equilibria come in families and are not isolated",
+            Feature::Massless => "`modes` and `response` cover it; for other commands give it a small inertia",
+            Feature::Constraint => "write the energies in independent coordinates, such as an angle in place of x and y on a circle; `modes` covers constraints",
             _ => "`modes` covers it",
         }),
 
@@ -222,11 +222,11 @@ Error LinearizeError {
         tied: Option<String>,
     } => match tied {
         Some(rate) => at(*span, "given here")
-            .with_secondary(*energy, "does not hold on at the rates that are given")
-            .with_help(format!("give the rate of what turns with `{coordinate}` too, as the constraint has it: `equilibrium {rate}`")),
+            .with_secondary(*energy, "violated as time goes on, at the given rates")
+            .with_help(format!("give also the rate of the coordinate tied to `{coordinate}`, from the constraint: `equilibrium {rate}`")),
         None => at(*span, "given here")
             .with_secondary(*energy, format!("depends on `{coordinate}`"))
-            .with_help("a coordinate keeps its rate only if nothing but its velocity occurs in the energies; for a rotation that a motor maintains, write an explicit rate in place of the coordinate"),
+            .with_help("a coordinate keeps its rate only if the energies contain its velocity but not the coordinate itself; for a rotation maintained by a motor, write the rate in place of the coordinate"),
     },
 
     /// Constraints that can't hold together.
@@ -255,13 +255,13 @@ Error LinearizeError {
 
     /// Constraints that depend on each other at the equilibrium, though not everywhere.
     #[error(
-        "the constraints are singular at {point}: at this point they do not determine which motions they allow"
+        "the constraints are singular at {point}: there they do not determine the allowed motions"
     )]
     "E0315" ConstraintsSingular(span) {
         /// The point.
         point: String,
     } => at(*span, "the gradients of the constraints are dependent there")
-        .with_help("a constraint too many, as a bar too many in a closed linkage, follows from the others where they hold: leave it out; else the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined: search for an equilibrium elsewhere with `guess`"),
+        .with_help("a redundant constraint, such as an extra bar in a closed linkage, follows from the others where they hold: leave it out; otherwise the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined: search for an equilibrium elsewhere with `guess`"),
 
     /// A dissipation that has no second derivatives at rest, or a force that has no first ones.
     #[error("{what} is not smooth at rest")]
@@ -270,7 +270,7 @@ Error LinearizeError {
         what: &'static str,
         /// What is to blame, as an expression.
         part: String,
-    } => at(*span, format!("`{part}` has a corner where nothing moves"))
+    } => at(*span, format!("`{part}` has a corner at rest"))
         .with_help("with dry friction there are no small oscillations: a body at rest sticks; write friction with squares of velocities, F = 1/2*c*x'^2, and forces with powers of them"),
 
     /// A steady rate that friction brakes.
@@ -284,7 +284,7 @@ Error LinearizeError {
         .with_help("in a steady motion there is no friction, or a drive balances it: friction against a medium that turns at the same rate is 1/2*c*(psi' - S)^2"),
 
     /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
-    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, but does nearby", singular_words(.combination, *.drawn))]
+    #[error("the coordinates are singular at this equilibrium: {} is no motion there, but is one nearby", singular_words(.combination, *.drawn))]
     "E0318" SingularCoordinates(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
@@ -296,7 +296,7 @@ Error LinearizeError {
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
     "E0309" TimeDependent(span) => at(*span, "contains the time")
-        .with_help("the motion about a driven state has Floquet multipliers instead: `librate floquet` computes them; what a harmonic force does is computed by `librate response`"),
+        .with_help("the motion about a driven state has Floquet multipliers instead: `librate floquet` computes them; the response to a harmonic force is computed by `librate response`"),
 
     /// The eigenvalue problem could not be solved.
     #[error("the modes could not be computed: {reason}")]
@@ -314,7 +314,7 @@ Error LinearizeError {
         most: usize,
     } => nowhere()
         .with_help(
-            "some of the modes take no dense matrices, `librate modes --lowest 10`; with constraints, friction that acts at rest or a search for the equilibrium use fewer coordinates",
+            "some of the modes need no dense matrices: `librate modes --lowest 10`; with constraints, friction that acts at rest or a search for the equilibrium use fewer coordinates",
         ),
 } else {
     /// The work or the memory is beyond the budget.

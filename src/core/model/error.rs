@@ -68,7 +68,7 @@ Error ModelError {
     },
 
     /// `Cos[phi]`
-    #[error("the argument of `{function}` stands in parentheses")]
+    #[error("the argument of `{function}` must be in parentheses")]
     "E0138" BracketedFunction(span) {
         /// The function.
         function: &'static str,
@@ -79,7 +79,7 @@ Error ModelError {
     /// `phi[t]`, `phi(t)`
     #[error("a coordinate takes no time as an argument")]
     "E0139" TimeArgument(span) => at(*span, "not needed")
-        .with_help("remove it: coordinates depend on the time as they are")
+        .with_help("remove it: every coordinate depends on time")
         .replacing(*span, ""),
 
     /// `phi.dot`, `dot(phi)`
@@ -126,7 +126,7 @@ Error ModelError {
     /// A model without kinetic energy.
     #[error("the model has no kinetic energy")]
     "E0106" MissingKinetic {} => nowhere()
-        .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`; where nothing has inertia, `T = 0`"),
+        .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`; for a model without inertia, `T = 0`"),
 
     /// A model without coordinates.
     #[error("the model has no coordinates")]
@@ -146,7 +146,7 @@ Error ModelError {
     } => at(*span, "uses itself here").with_help(if name.contains('[') {
         "a member of a family may use members with a lower index only"
     } else {
-        "a `let` may use what is declared before it, but not itself"
+        "a `let` may use names declared before it, but not itself"
     }),
 
     /// A member outside the family.
@@ -223,7 +223,7 @@ Error ModelError {
         /// The velocity or acceleration.
         on: String,
     } => at(*span, "not linear in the velocities")
-        .with_help("rolling without slipping is linear: x' = r*theta'; a rate that is given is a steady motion, `equilibrium x' = v`"),
+        .with_help("rolling without slipping is linear: x' = r*theta'; a given rate is a steady motion, `equilibrium x' = v`"),
 
     /// A constant that depends on coordinates or time.
     #[error("{what} must be constant, but depends on `{on}`")]
@@ -233,7 +233,7 @@ Error ModelError {
         /// What it depends on.
         on: String,
     } => at(*span, "not constant").or_help((what.starts_with("the rate of") && on != "t").then(|| format!(
-        "a rate is made of parameters: give the value of `{on}` in the steady motion by `equilibrium {on} = …`, and write that in its place"
+        "a rate depends on parameters only: give the value of `{on}` in the steady motion by `equilibrium {on} = …`, and write this value in its place"
     ))),
 
     /// A parameter without a value where a number is needed.
@@ -311,7 +311,7 @@ Error ModelError {
         /// The relation of the values: `1 > 2`.
         values: String,
     } => at(*span, format!("{values} is false")).with_help(
-        "change the values or the assumption: what a derivation simplifies has to hold for both",
+        "change the values or the assumption: the derivation must hold for these values",
     ),
 
     /// Two relations of which one at most can hold.
@@ -319,7 +319,7 @@ Error ModelError {
     "E0141" AssumptionsContradict(span) {
         /// The earlier one.
         first: Span,
-    } => at(*span, "no number is so").with_secondary(*first, "if this holds").with_help("remove one of them"),
+    } => at(*span, "no value satisfies this").with_secondary(*first, "if this holds").with_help("remove one of them"),
 
     /// What is integrated is no sum of powers times exponentials.
     #[error("`{part}` can't be integrated over `{variable}` in symbols")]
@@ -328,12 +328,12 @@ Error ModelError {
         part: String,
         /// The variable.
         variable: String,
-    } => at(*span, "in what is integrated").with_help(format!(
-        "sums and products of powers of `{variable}`, and of sin, cos, exp, sinh and cosh of linear functions of `{variable}`, can be integrated; what else is in it has to be constant in `{variable}`"
+    } => at(*span, "in the integrand").with_help(format!(
+        "sums and products of powers of `{variable}`, and of sin, cos, exp, sinh and cosh of linear functions of `{variable}`, can be integrated; all other factors must be constant in `{variable}`"
     )),
 
     /// Whether a rate in the exponentials is 0 decides on the form of an integral, and is open.
-    #[error("whether `{rate}` is 0 decides what this integral is")]
+    #[error("the value of this integral depends on whether `{rate}` is 0")]
     "E0137" OpenIntegral(span) {
         /// What may be 0.
         rate: String,
@@ -342,7 +342,7 @@ Error ModelError {
     } => at(*span, "integrated here").with_help(if *moves {
         "it may pass through 0 in a motion: only bounds and factors may depend on coordinates".to_owned()
     } else {
-        format!("give values for which it is not 0, write `assume {rate} != 0`, or write the integral for 0, which is another one")
+        format!("give values for which it is not 0, write `assume {rate} != 0`, or write out the integral for the case 0")
     }),
 
     /// An exact number of more than [`MAX_BITS`](crate::number::MAX_BITS) bits.
@@ -367,7 +367,7 @@ Error ModelError {
         name: String,
         /// Where the other is declared.
         declared: Option<Span>,
-    } => at(*span, "an index needs a name of its own")
+    } => at(*span, "an index needs a new name")
         .and_at(*declared, "declared here")
         .or_help(declared.is_none().then(|| "an outer index has this name".to_owned())),
 
@@ -379,7 +379,7 @@ Error ModelError {
     } => at(*span, ""),
 
     /// A form that can't set indices, bounds or filters.
-    #[error("{what} can't stand in an index, a range or a filter")]
+    #[error("{what} is not allowed in an index, a range or a filter")]
     "E0127" NotForIndices(span) {
         /// What.
         what: String,
@@ -439,7 +439,7 @@ Error ModelError {
     "E0132" BadIndices(span) {
         /// What is wrong.
         what: String,
-    } => at(*span, "all members of a family have as many indices, three at most"),
+    } => at(*span, "all members of a family have the same number of indices, at most three"),
 } else {
     /// The model grows beyond its budget.
     #[error(transparent)]

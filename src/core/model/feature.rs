@@ -13,7 +13,7 @@ Feature {
     /// A `dissipation` function.
     Dissipation "friction",
     /// A generalised `force`.
-    Force "a force that no energy gives",
+    Force "a generalised force",
     /// A `constraint`.
     Constraint "a constraint",
     /// A `constraint` on velocities.

@@ -83,9 +83,9 @@ Warning Warning {
         other_unit: String,
         /// Where that stands.
         other_span: Span,
-    } => at(*span, "without a unit of its own it is in that of the coordinate, per second")
+    } => at(*span, "without a unit it is in the unit of the coordinate per second")
         .with_secondary(*other_span, "another unit for the same kind of quantity")
-        .with_help(format!("write the unit that is meant: `{word} {name}' : {unit} = …` or `{word} {name}' : {other_unit} = …`")),
+        .with_help(format!("write the intended unit: `{word} {name}' : {unit} = …` or `{word} {name}' : {other_unit} = …`")),
 
     /// A kinetic energy that depends on a coordinate, but not on its velocity, or on no velocity at all.
     #[error("T depends on {}", match .name {
@@ -97,7 +97,7 @@ Warning Warning {
         name: Option<String>,
     } => at(*span, "no inertia").with_help(match name {
         Some(name) => format!("is a prime missing: `{name}'`?"),
-        None => "a kinetic energy is one of velocities, such as `1/2*m*x'^2`".to_owned(),
+        None => "a kinetic energy depends on velocities, such as `1/2*m*x'^2`".to_owned(),
     }),
 
     /// `coord x, y : mm`, where x is in m.
@@ -109,7 +109,7 @@ Warning Warning {
         other: String,
         /// The unit.
         unit: String,
-    } => at(*span, "without a unit of its own it is in SI").with_help(format!("write `{name} : {unit}, {other} : {unit}`")),
+    } => at(*span, "without a unit it is in SI").with_help(format!("write `{name} : {unit}, {other} : {unit}`")),
 }
 }
 

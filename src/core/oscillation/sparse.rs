@@ -251,9 +251,7 @@ fn not_found(n: usize, given: bool) -> LinearizeError {
          leave out some mode between the lowest and the highest of theirs"
             .to_owned()
     } else {
-        format!(
-            "the modes that are wanted of {n} coordinates are not separated from the others; ask for more or fewer of them"
-        )
+        format!("the requested modes of {n} coordinates are not separated from the others; ask for more or fewer")
     };
     LinearizeError::NoModes { reason }
 }

@@ -45,7 +45,7 @@ Warning Warning {
 
     /// A frequency is the small difference of large terms, as near a bifurcation.
     #[error(
-        "omega of mode {mode} is ill-conditioned: its square is {share} of the terms of which it is the difference"
+        "omega of mode {mode} is ill-conditioned: its square is the difference of terms, and only {share} of their size"
     )]
     "W0104" IllConditioned(span) {
         /// The number of the mode, from 1.
@@ -64,7 +64,7 @@ Warning Warning {
         /// Whether it is one of a family.
         one_of_several: bool,
     } => at(*span, "ignored").with_help(
-        "the model is the same without it; if it was meant to restrict a further motion, it is wrong",
+        "the model is the same without it; if it was meant to restrict another motion, it is wrong",
     ),
 
     /// A dissipation that is negative for some motion.
@@ -77,7 +77,7 @@ Warning Warning {
         other: Option<String>,
     } => match other {
         Some(other) => at(*span, format!("when `{coordinate}` and `{other}` go around a closed loop, in one sense or the other"))
-            .with_help("friction against a rotating medium drives what it drags along; if a motor is meant to supply the energy, nothing is wrong; a force of its own is written `force x = …`"),
+            .with_help("friction against a rotating medium drags bodies along; if a motor is meant to supply the energy, this is right; write other forces as `force x = …`"),
         None => at(*span, format!("negative when `{coordinate}` moves"))
             .with_help("friction dissipates energy: F = 1/2*c*x'^2 with a positive c; if a motor is meant to supply energy, write its force: `force x = …`"),
     },
@@ -88,7 +88,7 @@ Warning Warning {
         /// The coordinate that moves most in such a motion.
         coordinate: String,
     } => at(*span, format!("`{coordinate}` moves away without end"))
-        .with_help("the motions that `modes` calls unstable are added to it and grow; give a stable equilibrium with `guess` or `equilibrium`"),
+        .with_help("the unstable modes are added to it and grow; give a stable equilibrium with `guess` or `equilibrium`"),
 }
 }
 

@@ -19,15 +19,15 @@ pub(super) fn is_import(word: &str) -> bool {
 fn perhaps_meant(word: &str, meant: &str) -> String {
     match (word, meant) {
         (_, "dissipation" | "force") => {
-            "write `force x = …` for a force on the coordinate x, `dissipation = …` for half of the power that friction takes"
+            "write `force x = …` for a force on the coordinate x, `dissipation = …` for half the power that friction dissipates"
                 .to_owned()
         }
         ("var" | "variable", _) => "write `coord …` for a coordinate, `param …` for a constant".to_owned(),
         (_, "lagrangian") => format!(
-            "write `lagrangian = …` in place of T and V, or leave it out beside them; for a quantity, `let {word} = …`"
+            "write `lagrangian = …` in place of T and V, or remove it; for a quantity, `let {word} = …`"
         ),
         (_, "guess") if ["start", "initial", "init"].contains(&word) => {
-            "a motion begins where `librate motion --start` says; `guess` is where the search for the equilibrium begins"
+            "the start of a motion is given by `librate motion --start`; `guess` is the start of the search for the equilibrium"
                 .to_owned()
         }
         ("t", _) => "write `T = …` for the kinetic energy; `t` is the time".to_owned(),
@@ -76,7 +76,7 @@ Error SyntaxError {
         None if is_control(word) => at(*span, "nothing is repeated or chosen")
             .with_help("a sum is written `sum(i in 1..n, …)`, a family `let a[i in 1..n] = …`"),
         None if is_import(word) => at(*span, "nothing has to be imported")
-            .with_help("remove the line: `sin`, `exp`, `pi` and the other functions are there without it")
+            .with_help("remove the line: `sin`, `exp`, `pi` and the other functions are built in")
             .replacing(*span, ""),
         None => at(*span, "a statement begins here").with_help(STATEMENTS),
     },
@@ -245,7 +245,7 @@ Error SyntaxError {
     /// Nothing behind `=`.
     #[error("the value after `=` is missing")]
     "E0017" MissingValue(span) =>
-        at(*span, "nothing follows").with_help("write the value; a `param` may have none, but then no `=` either"),
+        at(*span, "nothing follows").with_help("write the value; a `param` without a value has no `=`"),
 
     /// A statement that needs a right side has none, or no `=` before it.
     #[error("{}", match .value {
@@ -395,7 +395,7 @@ Error SyntaxError {
         .with_secondary(*open, "opened here"),
 
     /// A closing bracket without an opening one.
-    #[error("there is no bracket that `{bracket}` closes")]
+    #[error("`{bracket}` closes no bracket")]
     "E0034" StrayBracket(span) {
         /// The bracket.
         bracket: char,
@@ -520,11 +520,11 @@ Error SyntaxError {
     /// `sum(i in 1..n)`
     #[error("nothing is summed here")]
     "E0049" SumWithoutBody(span) =>
-        at(*span, "only indices before it").with_help("write the summand after a comma: `sum(i in 1..n, x[i])`"),
+        at(*span, "no summand after the indices").with_help("write the summand after a comma: `sum(i in 1..n, x[i])`"),
 
     /// `integral(x)`, `integral(x in a..b)`, `integral(x in a..b, y in c..d, …)`, `integral(x in a..b where …, …)`
-    #[error("an integral has one variable with its bounds, and what is integrated")]
-    "E0061" IntegralForm(span) => at(*span, "here").with_help("write `integral(x in a..b, …)`; integrals over several variables stand within each other"),
+    #[error("an integral has one variable with its bounds, and an integrand")]
+    "E0061" IntegralForm(span) => at(*span, "here").with_help("write `integral(x in a..b, …)`; nest integrals over several variables"),
 
     /// `2'` or `2[1]`
     #[error("a number can't be followed by `{sign}`")]
@@ -634,7 +634,7 @@ Error SyntaxError {
     } => at(*span, "the index behind what is summed").with_help(format!("write `{fix}`")).replacing(*span, text),
 
     /// `constraint rod[i in 1..n]: …`, `constraint i in 1..n: …`
-    #[error("the indices of a constraint stand in brackets before it")]
+    #[error("the indices of a constraint belong in brackets before it")]
     "E0066" ConstraintIndices(span) {
         /// The indices in brackets.
         fix: String,
@@ -670,7 +670,7 @@ Error SyntaxError {
         [first @ .., last] => format!("expected {} or {last}", first.join(", ")),
     })
     .or_help((found == "`in`").then(|| {
-        "indices come first, and a filter behind all of them: `sum(i in 1..3, j in 1..3 where i != j, …)`".to_owned()
+        "indices come first, then the filter: `sum(i in 1..3, j in 1..3 where i != j, …)`".to_owned()
     })),
 }
 }

@@ -54,7 +54,7 @@ Error DimensionError {
     },
 
     /// A function of pure numbers with something else in it, or an exponent that is no number.
-    #[error("{what} must be without a dimension, but is {found}")]
+    #[error("{what} must be dimensionless, but is {found}")]
     "E0203" NotANumber(span) {
         /// The argument of which function, or the exponent.
         what: String,
@@ -65,7 +65,7 @@ Error DimensionError {
     } => unlike(*span, [found, &Dimension::default()], None, inferred.as_ref()),
 
     /// Arguments of a function that must be alike and are not.
-    #[error("the dimensions of {what} differ: {found} beside {other}")]
+    #[error("the dimensions of {what} differ: {found} and {other}")]
     "E0204" UnlikeArguments(span) {
         /// The function, or the two sides of a constraint.
         what: String,
