@@ -164,7 +164,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
                 Conserved::Energy { .. } => text(&energy.function),
             };
             let name = match quantity {
-                Conserved::Energy { .. } => derivation.names.energies[1].clone(),
+                Conserved::Energy { .. } => "h".to_owned(),
                 Conserved::Momentum(i) => derivation.names.of(Motion::Momentum(*i)),
                 Conserved::Motion { momenta: sum, .. } | Conserved::Integral { value: sum, .. } => derivation.text(sum),
             };

@@ -553,11 +553,12 @@ fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
 /// Why something is conserved, in words.
 pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> Words {
     let [lagrangian, function, _] = &names.energies;
+    let lagrangian = if lagrangian == "L" { "`L`" } else { "the Lagrangian" };
     match quantity {
-        Conserved::Motion { motion, .. } => format!("{motion} leaves `{lagrangian}` unchanged"),
+        Conserved::Motion { motion, .. } => format!("{motion} leaves {lagrangian} unchanged"),
         Conserved::Momentum(i) => {
             let name = names.coordinates.get(*i).map_or("", String::as_str);
-            format!("`{name}` is cyclic, only its velocity occurs in `{lagrangian}`")
+            format!("`{name}` is cyclic, only its velocity occurs in {lagrangian}")
         }
         Conserved::Integral { coordinate, .. } => {
             format!(
@@ -565,9 +566,9 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> Words {
                 names.coordinates.get(*coordinate).map_or("", String::as_str)
             )
         }
-        Conserved::Energy { is_total: true } => format!("the time does not occur in `{lagrangian}`"),
+        Conserved::Energy { is_total: true } => format!("the time does not occur in {lagrangian}"),
         Conserved::Energy { is_total: false } => {
-            format!("the time does not occur in `{lagrangian}`; `{function}` is not `T` + `V`")
+            format!("the time does not occur in {lagrangian}; `{function}` is not `T` + `V`")
         }
     }
 }

@@ -284,7 +284,7 @@ Error LinearizeError {
         .with_help("in a steady motion there is no friction, or a drive balances it: friction against a medium that turns at the same rate is 1/2*c*(psi' - S)^2"),
 
     /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
-    #[error("the coordinates are singular at this equilibrium: {} is no motion there, but is one nearby", singular_words(.combination, *.drawn))]
+    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, but does nearby", singular_words(.combination, *.drawn))]
     "E0318" SingularCoordinates(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,

@@ -319,18 +319,22 @@ fn plain_spaces(model: &Model) -> impl Iterator<Item = Vec<Vec<usize>>> {
     lengths.into_values()
 }
 
-/// The spaces that coordinates may be those of: vectors, plain families as axes, and single coordinates that are
-/// named by their axis and a number, as `x1`, `y1`, `x2`, `y2`. By axis, those of all bodies.
-pub(super) fn spaces(model: &Model) -> Vec<Vec<Vec<usize>>> {
+/// Single coordinates that are named by their axis and a number, as `x1`, `y1`, `x2`, `y2`, by axis.
+fn named_space(model: &Model) -> Vec<Vec<usize>> {
     let mut named: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     for (i, mut axis) in model.coordinates.names().enumerate() {
         axis.truncate(axis.trim_end_matches(|c: char| c.is_numeric() || c == '_').len());
         named.entry(axis).or_default().push(i);
     }
-    let named: Vec<Vec<usize>> = named.into_values().collect();
+    named.into_values().collect()
+}
+
+/// The spaces that coordinates may be those of: vectors, plain families as axes, and single coordinates with an axis and a number. By axis,
+/// those of all bodies.
+pub(super) fn spaces(model: &Model) -> Vec<Vec<Vec<usize>>> {
     let mut spaces = vectors(model);
     spaces.extend(plain_spaces(model));
-    spaces.push(named);
+    spaces.push(named_space(model));
     spaces.retain(|axes| axes.windows(2).all(|pair| pair[0].len() == pair[1].len()));
     spaces
 }
@@ -347,6 +351,9 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
     };
     let vectors = spaces.len();
     spaces.extend(plain_spaces(model).filter(|axes| (2..=6).contains(&axes.len())));
+    let bodies = named_space(model);
+    let is_space = bodies.iter().all(|axis| axis.len() > 1 && axis.len() == bodies[0].len());
+    spaces.extend((is_space && (2..=3).contains(&bodies.len())).then_some(bodies));
     let mut rotations = Vec::new();
     for (number, axes) in spaces.into_iter().enumerate() {
         // Vectors have the axes x, y and z; what stands alone may be called so.
