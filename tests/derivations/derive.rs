@@ -516,3 +516,18 @@ fn coefficients_have_their_shortest_form() {
         assert_eq!(derivation.equation_texts(), [format!("x'' + {want} = 0")]);
     }
 }
+
+/// Bodies whose coordinates are named by axis and number turn together, and their zero mode is this rotation.
+#[test]
+fn numbered_coordinates_turn_together() {
+    let text = "param m  coord x1, y1, x2, y2  T = 1/2*m*(x1'^2 + y1'^2 + x2'^2 + y2'^2)
+        V = (sqrt((x1 - x2)^2 + (y1 - y2)^2) - 1)^2  guess x2 = 1";
+    let derivation = derive(&model(text), &Parts::all()).unwrap();
+    let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
+    let names: Vec<&str> =
+        json["conserved"].as_array().unwrap().iter().map(|own| own["name"].as_str().unwrap()).collect();
+    assert_eq!(names[2], "x1*p_y1 - y1*p_x1 + x2*p_y2 - y2*p_x2");
+    let linearized = librate::linearize::linearize(model(&text.replace("param m", "param m = 1"))).unwrap();
+    let all: Vec<String> = linearized.zero_modes().iter().map(|own| format!("{own:?}")).collect();
+    assert!(all.len() == 3 && all.iter().any(|own| own.contains("otation")), "{all:?}");
+}
