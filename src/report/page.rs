@@ -248,7 +248,7 @@ impl Page {
             Err(error) => {
                 // At rest they may carry what the energies leave over.
                 let carried = derivation.independent.is_some();
-                let without = if carried { " without the forces of conditions on velocities" } else { "" };
+                let without = if carried { " of the equations with multipliers" } else { "" };
                 let help = match error {
                     LinearizeError::ForceOfParameters { unsigned, .. } if !unsigned.is_empty() => {
                         format!("; that is decided where `{} > 0` is assumed", unsigned[0])

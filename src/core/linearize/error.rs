@@ -212,7 +212,7 @@ Error LinearizeError {
         }),
 
     /// A steady rate of a coordinate that something depends on.
-    #[error("`{coordinate}` can't turn at a constant rate{}", if .tied.is_some() { " alone" } else { ": it is not cyclic" })]
+    #[error("`{coordinate}` can't turn at a constant rate{}", if .tied.is_some() { " alone" } else { ", because it is not cyclic" })]
     "E0312" NotCyclic(span) {
         /// The coordinate.
         coordinate: String,
