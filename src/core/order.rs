@@ -80,6 +80,39 @@ pub trait Gather: Iterator + Sized {
         all.dedup();
         all
     }
+
+    /// What belongs to each key, keys in the order in which they come.
+    fn grouped<K: PartialEq, T>(self) -> Vec<(K, Vec<T>)>
+    where
+        Self: Iterator<Item = (K, T)>,
+    {
+        let mut groups: Vec<(K, Vec<T>)> = Vec::new();
+        for (key, item) in self {
+            groups.under(key).push(item);
+        }
+        groups
+    }
+
+    /// The item, if there is exactly one.
+    fn only(mut self) -> Option<Self::Item> {
+        self.next().filter(|_| self.next().is_none())
+    }
 }
 
 impl<I: Iterator> Gather for I {}
+
+/// Lists of pairs of keys and values, each key once, in the order in which they came.
+pub trait Keyed<K, V> {
+    /// The value of a key; a default one at the end where there is none.
+    fn under(&mut self, key: K) -> &mut V;
+}
+
+impl<K: PartialEq, V: Default> Keyed<K, V> for Vec<(K, V)> {
+    fn under(&mut self, key: K) -> &mut V {
+        let at = self.iter().position(|(own, _)| *own == key).unwrap_or(self.len());
+        if at == self.len() {
+            self.push((key, V::default()));
+        }
+        &mut self[at].1
+    }
+}

@@ -3,8 +3,9 @@
 use super::json::{Object, array, error_bound, lines, null, number, string};
 use super::modes::numbered;
 use super::table::{Column, GAP, draw};
-use super::{Style, Tone, Written, bound_text, grouped, headline, nearest, nearest_bound, shown_unit, with_unit};
+use super::{Style, Tone, Written, bound_text, headline, nearest, nearest_bound, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
+use librate_core::order::Gather;
 use librate_core::oscillation::NormalModes;
 use librate_core::precision::Ball;
 use librate_studies::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
@@ -91,7 +92,7 @@ pub fn amplitude_text(
     let mut below = Vec::new();
     let column = Column::words("", remarks.clone());
     if columns.iter().chain([&column]).map(Column::width).sum::<usize>() > style.width + GAP {
-        below = grouped(remarks.iter().zip(0..).filter(|(words, _)| !words.is_empty()));
+        below = remarks.iter().zip(0..).filter(|(words, _)| !words.is_empty()).grouped();
     } else if remarks.iter().any(|words| !words.is_empty()) {
         columns.push(column);
     }

@@ -360,18 +360,6 @@ fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{plural}")
 }
 
-/// What belongs to each key, keys in the order in which they occur.
-fn grouped<K: PartialEq, T>(items: impl IntoIterator<Item = (K, T)>) -> Vec<(K, Vec<T>)> {
-    let mut groups: Vec<(K, Vec<T>)> = Vec::new();
-    for (key, item) in items {
-        match groups.iter_mut().find(|(other, _)| *other == key) {
-            Some((_, group)) => group.push(item),
-            None => groups.push((key, vec![item])),
-        }
-    }
-    groups
-}
-
 /// What the zero modes are together, where they are all there: their vectors are some basis of the
 /// space that these motions span, and a part of them spans something else.
 fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {

@@ -4,14 +4,14 @@ use super::plain::wrapped;
 use super::runs::ends;
 use super::table::{Column, GAP, draw};
 use super::{
-    Exponent, FrequencyUnit, Style, Tone, Written, common, counted, damping, grouped, headline, limit_words, listed,
-    shown_unit, with_unit, zero_motions,
+    Exponent, FrequencyUnit, Style, Tone, Written, common, counted, damping, headline, limit_words, listed, shown_unit,
+    with_unit, zero_motions,
 };
 use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::Coordinates;
 use librate_core::modes::exponents::Limit;
 use librate_core::modes::{Kind, Method, Options, Stability};
-use librate_core::order::Order;
+use librate_core::order::{Gather, Order};
 use librate_core::oscillation::{NormalMode, NormalModes, Normalization};
 use librate_core::precision::{Ball, Big, Scalar, one_digit_up_text};
 
@@ -532,7 +532,7 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
 fn clusters(modes: &NormalModes) -> Vec<Vec<usize>> {
     let is_told = |mode: &NormalMode| mode.kind != Kind::Zero && !mode.vector.is_empty() && mode.limit.is_none();
     let told = modes.modes.iter().enumerate().filter(|(_, mode)| is_told(mode));
-    let groups = grouped(told.map(|(at, mode)| (mode.cluster, at))).into_iter();
+    let groups = told.map(|(at, mode)| (mode.cluster, at)).grouped().into_iter();
     groups.map(|(_, group)| group).filter(|group| group.len() > 1).collect()
 }
 
@@ -638,7 +638,7 @@ pub(super) fn numbered(modes: &[usize]) -> String {
 
 /// Motions with equal names are named once, with their number.
 fn alike_together(meanings: &[&str]) -> Vec<String> {
-    let groups = grouped(meanings.iter().map(|meaning| (*meaning, ()))).into_iter();
+    let groups = meanings.iter().map(|meaning| (*meaning, ())).grouped().into_iter();
     groups
         .map(|(meaning, all)| match all.len() {
             1 => meaning.to_owned(),

@@ -9,6 +9,7 @@ use super::lagrangian::{Lagrangian, Variables};
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::precision::Function;
 use crate::syntax::Comparison;
 
@@ -183,8 +184,7 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
         factors.push((size, exponent));
     }
     let highest = factors.iter().map(|(_, e)| e.abs()).max().filter(|e| *e > Number::ONE);
-    let mut alone = (0..factors.len()).filter(|at| Some(factors[*at].1.abs()) == highest);
-    let alone = if let (Some(at), None) = (alone.next(), alone.next()) { Some(at) } else { None };
+    let alone = (0..factors.len()).filter(|at| Some(factors[*at].1.abs()) == highest).only();
     let number = pool.number(content.abs());
     let (left, right, is_above) = if let Some(at) = alone {
         let (base, exponent) = factors.remove(at);

@@ -20,7 +20,7 @@ use crate::expr::{ExprId, Function, Node, Pool, Symbol};
 use crate::linearize;
 use crate::model::Parameter;
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Keyed, Order};
 use crate::oscillation::NormalMode;
 use crate::precision::{Ball, Complex, Scalar};
 
@@ -66,10 +66,7 @@ impl Exponents {
                 (false, false) => continue,
             };
             let square = pool.simplify(square);
-            match all.iter_mut().find(|(other, _)| *other == square) {
-                Some((_, times)) => *times += own.multiplicity,
-                None => all.push((square, own.multiplicity)),
-            }
+            *all.under(square) += own.multiplicity;
         }
         all.into_iter().map(|(square, times)| (pool.display(square), times / 2)).collect()
     }

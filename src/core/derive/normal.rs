@@ -15,7 +15,7 @@ use super::waves::unused;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::{Gather, Order};
+use crate::order::{Gather, Keyed, Order};
 use crate::precision::Ball;
 
 /// No page has room for the normal coordinates of more.
@@ -168,7 +168,7 @@ struct Page {
     norm: String,
     number: String,
     /// What is abbreviated: the letter, the value, and the modes.
-    parts: Vec<(String, ExprId, Vec<usize>)>,
+    parts: Vec<((String, ExprId), Vec<usize>)>,
 }
 
 /// Letters for ratios of amplitudes.
@@ -231,18 +231,14 @@ impl Page {
     /// The symbol of a mode for a value.
     fn abbreviate(&mut self, pool: &mut Pool, letter: String, r: usize, value: ExprId) -> ExprId {
         let symbol = variable(pool, &letter, r);
-        let mut parts = self.parts.iter_mut();
-        match parts.find(|(own, other, _)| *own == letter && *other == value) {
-            Some((_, _, modes)) => modes.push(r),
-            None => self.parts.push((letter, value, vec![r])),
-        }
+        self.parts.under((letter, value)).push(r);
         symbol
     }
 
     fn abbreviations(&self, pool: &mut Pool) -> Vec<Abbreviation> {
         // `omega[r]`, and ratios that are given in it.
         let any = format!("[{}]", self.number);
-        let all = self.parts.iter().map(|(letter, value, modes)| {
+        let all = self.parts.iter().map(|((letter, value), modes)| {
             let family = |own: Symbol| Some((own, pool.symbol_name(own).strip_suffix(&any)?.to_owned()));
             let numbered: Vec<(Symbol, String)> = pool.symbols(*value).into_iter().filter_map(family).collect();
             // Of a single mode it is said with its number.

@@ -9,7 +9,7 @@ use super::characteristic::Factor;
 use super::ring::{EXPONENT, Expanded, Ring};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Gather, Order};
 use crate::polynomial::{Polynomial, determinant};
 
 /// Longer conditions are given in the coefficients, if at all.
@@ -75,8 +75,7 @@ impl Signs {
             self.others.push(only.scaled(&Number::MINUS_ONE));
             return;
         }
-        let mut terms = only.terms();
-        if let (Some((powers, _)), None) = (terms.next(), terms.next())
+        if let Some((powers, _)) = only.terms().only()
             && let Some(at) = powers.iter().position(|power| *power > 0)
         {
             self.variables[at] = true;

@@ -2,6 +2,7 @@
 
 use super::{ExprId, Function, Node, Pool};
 use crate::number::Number;
+use crate::order::Gather;
 
 /// What is known of an expression without looking into it again.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,11 +46,11 @@ impl Pool {
     fn nonnegative_part(&self, e: ExprId) -> Option<ExprId> {
         let terms = self.terms(e);
         let is_below = |(term, factor): &&(ExprId, Number)| factor.is_negative() && self.is_nonnegative(*term);
-        let mut open = terms.iter().filter(|own| !is_below(own));
-        let (Some((term, factor)), None) = (open.next(), open.next()) else { return None };
+        let open = terms.iter().filter(|own| !is_below(own));
+        let (term, factor) = open.only()?;
         let factors = self.factors(*term);
-        let mut open = factors.iter().filter(|(base, exponent)| !self.is_nonnegative_power(*base, exponent));
-        let (Some((base, _)), None) = (open.next(), open.next()) else { return None };
+        let open = factors.iter().filter(|(base, exponent)| !self.is_nonnegative_power(*base, exponent));
+        let (base, _) = open.only()?;
         (!factor.is_negative()).then_some(*base)
     }
 

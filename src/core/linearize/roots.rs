@@ -3,7 +3,7 @@
 
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Keyed, Order};
 use crate::precision::Function;
 
 /// Roots of an expression in a symbol, those that can be written down; not all of those that repeat.
@@ -114,10 +114,7 @@ impl Solving<'_> {
             }
             common = Some(*base);
             let share = (pool.product_of_powers(&others), coefficient.clone());
-            match shares.iter_mut().find(|(power, _)| power == exponent) {
-                Some((_, shares)) => shares.push(share),
-                None => shares.push((exponent.clone(), vec![share])),
-            }
+            shares.under(exponent.clone()).push(share);
         }
         shares.order_by(|(a, _), (b, _)| a.cmp(b));
         let coefficients: Vec<ExprId> = shares.iter().map(|(_, own)| pool.linear(own)).collect();

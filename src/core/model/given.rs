@@ -1,6 +1,6 @@
 //! `guess`, `equilibrium` and `force` statements: something for each coordinate that they name.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::ModelError;
 use super::elaborate::Elaborator;
@@ -10,6 +10,7 @@ use super::terms::{TermFamily, forces};
 use super::values::Value;
 use crate::diagnostic::Meant;
 use crate::expr::ExprId;
+use crate::order::Gather;
 use crate::span::Span;
 use crate::syntax::{Binding, ExprKind};
 
@@ -138,8 +139,7 @@ impl Elaborator<'_> {
         let own = found.iter().flat_map(|family| {
             (0..family.count).filter_map(|at| family.coordinates_of(at).get(family.acts_on?).copied())
         });
-        let own: HashSet<u32> = own.collect();
-        for number in own {
+        for number in own.distinct() {
             if let Some(first) = acted.insert(number, span) {
                 let name = format!("the force on {}", self.world.coordinates.at(number as usize).name());
                 return self.refuse(ModelError::GivenTwice { name, help: None, span, first });

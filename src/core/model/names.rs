@@ -14,7 +14,7 @@ use super::terms::Local;
 use super::values::Value;
 use super::{Model, ModelError};
 use crate::expr::{Derivatives, ExprId, Pool, Symbol};
-use crate::order::Order;
+use crate::order::{Gather, Order};
 use crate::span::Span;
 use crate::syntax::ExprRef;
 
@@ -180,9 +180,9 @@ pub(super) struct Family {
 impl Family {
     /// That there is no member at these indices.
     pub(super) fn out_of_range(&self, at: &[i64], span: Span) -> ModelError {
-        let mut singles = self.grid.singles.keys().filter(|_| self.grid.rank == 1 && self.grid.blocks.is_empty());
+        let singles = self.grid.singles.keys().filter(|_| self.grid.rank == 1 && self.grid.blocks.is_empty());
         // `coord x[3]`, and `coord x[1-3]`, which is `x[-2]`.
-        let several = singles.next().filter(|_| singles.next().is_none()).map(|own| match own[0] {
+        let several = singles.only().map(|own| match own[0] {
             last if last > 1 => format!("several members are declared by a range: `{}[1..{last}]`", self.name),
             _ => format!("several members are declared by a range: `{}[1..3]`", self.name),
         });

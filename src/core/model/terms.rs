@@ -241,14 +241,7 @@ fn work_out(compiler: &mut Compiler<'_>, whole: Part) -> Result<Vec<TermFamily>,
         mistakes.into_iter().for_each(|mistake| compiler.fail(mistake));
         return Err(ModelError::FollowOn {});
     }
-    let mut sums: Vec<(Option<Symbol>, Vec<ExprId>)> = Vec::new();
-    for (acts_on, term) in written_out {
-        match sums.iter_mut().find(|(own, _)| *own == acts_on) {
-            Some((_, terms)) => terms.push(term),
-            None => sums.push((acts_on, vec![term])),
-        }
-    }
-    for (acts_on, terms) in sums {
+    for (acts_on, terms) in written_out.into_iter().grouped() {
         let body = compiler.world.pool.sum(&terms);
         let mut only = Finisher::new(compiler.world, acts_on, body, span);
         only.push(compiler.world, &[], &[], 0);
@@ -278,9 +271,9 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         }
         ExprKind::Product(factors) => {
             let is_sum = |own: &&Member| !own.inverted() && is_additive(file, compiler.world, own.value());
-            let mut sums = factors.iter().filter(is_sum).map(|own| own.value());
+            let sums = factors.iter().filter(is_sum).map(|own| own.value());
             // A product of sums is one term.
-            let (Some(inner), None) = (sums.next(), sums.next()) else { return Some(part) };
+            let Some(inner) = sums.only() else { return Some(part) };
             for factor in factors.iter().filter(|factor| factor.value() != inner) {
                 let program = compiler.value(factor.value(), &mut part.scope);
                 let has_sums = program.ops.iter().any(|(op, _)| matches!(op, Op::SumOver(_) | Op::Integral(..)));

@@ -6,6 +6,7 @@ use super::{Dimension, ModelError};
 use crate::diagnostic::{Meant, nearest};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::span::Span;
 use crate::syntax::{File, UnitKind, UnitRef};
 
@@ -153,8 +154,7 @@ fn unknown(name: &str, span: Span) -> ModelError {
 /// `kg` for `Kg` and `KG`, `Hz` for `hz`: of the units that are often written so the only one.
 fn of_other_case(name: &str) -> Option<&'static str> {
     let plain = UNITS.iter().map(|known| known.name).chain(["kg", "cm", "km"]);
-    let mut same = plain.filter(|own| own.eq_ignore_ascii_case(name));
-    same.next().filter(|_| same.next().is_none())
+    plain.filter(|own| own.eq_ignore_ascii_case(name)).only()
 }
 
 /// `s2`, as many programs write it, in the language: `s^2`.

@@ -10,6 +10,7 @@ use crate::modes::exponents::{
     exponents_without_inertia, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
+use crate::order::Gather;
 use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, System, quadratic_form};
 
 /// The model as a source of matrices.
@@ -175,8 +176,7 @@ fn flowing(
         // An added one that is an exponent of the model as well is two, which may look like a pair.
         let is_single = |entry: &&Exponent| entry.omega.is_zero() && entry.limit.is_none();
         let is_told = |shift: &f64| {
-            let mut all = found.entries.iter().filter(|entry| added(entry, shift));
-            all.next().is_some_and(|first| is_single(&first)) && all.next().is_none()
+            found.entries.iter().filter(|entry| added(entry, shift)).only().is_some_and(|own| is_single(&own))
         };
         if !flow.shifts.iter().all(is_told) {
             continue;

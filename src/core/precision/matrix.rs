@@ -177,7 +177,7 @@ pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, pr
 }
 
 /// x - factor·y, without products with 0.
-pub(crate) fn subtract<T: Entry>(x: &mut [T], y: &[T], factor: &T) {
+pub fn subtract<T: Entry>(x: &mut [T], y: &[T], factor: &T) {
     if factor.is_zero() {
         return;
     }

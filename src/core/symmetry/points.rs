@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use super::point_group::{Element, PointGroup};
 use super::{GroupKind, Pattern, SignedPermutation, Symmetry};
 use crate::linearize::{Bodies, Invariance};
-use crate::order::Order;
+use crate::order::{Gather, Order};
 
 /// What the elements of a point group do to the bodies' coordinates.
 #[derive(Clone, Debug)]
@@ -21,8 +21,7 @@ pub(super) struct Moves {
 /// An axis of coordinates that the bodies are all on, if there is one.
 fn row(bodies: &Bodies) -> Option<usize> {
     let off = |k: usize| bodies.places.iter().any(|place| place[k] != 0);
-    let mut moved = (0..bodies.axes.len()).filter(|k| off(*k));
-    moved.next().filter(|_| moved.next().is_none())
+    (0..bodies.axes.len()).filter(|k| off(*k)).only()
 }
 
 /// All permutations of a few axes with all signs.

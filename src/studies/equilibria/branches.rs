@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 use librate_core::budget::Budget;
 use librate_core::linearize;
 use librate_core::model::{Constant, Model, Range};
-use librate_core::order::Order;
+use librate_core::order::{Gather, Order};
 use librate_core::precision::{Ball, Interval};
 
 use super::bifurcation::{Kind, Proved, Systems};
@@ -363,10 +363,10 @@ impl Follower<'_> {
             let is_symmetric = |end: &&End| known.found.is_symmetric(at(end));
             for symmetric in [true, false] {
                 let pick = |forward: bool| -> Option<&End> {
-                    let mut all = joints.ends.iter().filter(|end| {
+                    let all = joints.ends.iter().filter(|end| {
                         end.bifurcation == Some(number) && end.forward == forward && is_symmetric(end) == symmetric
                     });
-                    all.next().filter(|_| all.next().is_none())
+                    all.only()
                 };
                 // The other branches of a pitchfork lie on one side.
                 let (Some(before), Some(after)) = (pick(true), pick(false)) else { continue };

@@ -10,7 +10,7 @@ use faer::c64;
 use librate_core::linearize::{Linearized, Precise, Units};
 use librate_core::modes::SparseQuadratic;
 use librate_core::oscillation;
-use librate_core::precision::{Ball, Banded, Big, Complex, Enclosure, Entry, Function, Scalar};
+use librate_core::precision::{Ball, Banded, Big, Complex, Enclosure, Entry, Function, Scalar, subtract};
 
 use nalgebra::DMatrix;
 
@@ -511,8 +511,8 @@ impl<T: Entry> Rows<T> {
                 if own.len() < place + pivot.len() {
                     own.resize(place + pivot.len(), T::whole(0, precision));
                 }
-                take_off(&mut own[place + 1..], &factor, &pivot[1..]);
-                take_off(&mut rest_right[row - k - 1], &factor, pivot_right);
+                subtract(&mut own[place + 1..], &pivot[1..], &factor);
+                subtract(&mut rest_right[row - k - 1], pivot_right, &factor);
             }
         }
         for k in (0..n).rev() {
@@ -520,24 +520,13 @@ impl<T: Entry> Rows<T> {
             let (own, below) = right.split_at_mut(k + 1);
             let own = own.last_mut()?;
             for (entry, x) in rest.iter().zip(below.iter()) {
-                if !entry.is_zero() {
-                    take_off(own, entry, x);
-                }
+                subtract(own, x, entry);
             }
             for sum in own {
                 *sum = sum.div(row);
             }
         }
         Some(right)
-    }
-}
-
-/// Takes so many times another row off a row.
-fn take_off<T: Entry>(row: &mut [T], factor: &T, other: &[T]) {
-    for (entry, other) in row.iter_mut().zip(other) {
-        if !other.is_zero() {
-            *entry = entry.sub(&factor.mul(other));
-        }
     }
 }
 

@@ -5,6 +5,7 @@ use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::split::expects_operand;
 use super::super::words;
 use super::{describe, no_statement, unknown_statement};
+use crate::order::Gather;
 use crate::span::Span;
 
 /// Signs of other languages that give a value.
@@ -474,7 +475,6 @@ fn quoted_number(text: &str) -> Option<String> {
     let inside = text.trim_matches('"').trim();
     let digits = inside.strip_prefix('-').unwrap_or(inside);
     let span = Span::new(0, u32::try_from(digits.len()).ok()?);
-    let mut tokens = Lexer::new(digits, span);
-    let number = tokens.next()?.kind == TokenKind::Number && tokens.next().is_none();
+    let number = Lexer::new(digits, span).only()?.kind == TokenKind::Number;
     (number && inside.len() <= 40).then(|| inside.to_owned())
 }

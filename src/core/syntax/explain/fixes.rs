@@ -5,6 +5,7 @@ use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::words;
 use super::context::{Context, Part};
 use crate::diagnostic::factors_in;
+use crate::order::Gather;
 use crate::span::Span;
 
 /// A longer fix would not be read.
@@ -153,8 +154,8 @@ fn side_by_side_at(source: &str, before: Token, token: Token) -> Option<bool> {
 
 /// `x[i]'^2` for `x'^2`, where there is one name.
 fn with_index(text: &str) -> Option<String> {
-    let mut words = Lexer::new(text, Span::new(0, text.len() as u32)).filter(|own| own.kind == TokenKind::Word);
-    let name = words.next().filter(|_| words.next().is_none())?;
+    let words = Lexer::new(text, Span::new(0, text.len() as u32)).filter(|own| own.kind == TokenKind::Word);
+    let name = words.only()?;
     let (before, behind) = text.split_at(name.end as usize);
     (!behind.trim_start().starts_with(['[', '('])).then(|| format!("{before}[i]{behind}"))
 }
