@@ -14,9 +14,23 @@ macro_rules! choices {
     };
 }
 
-/// Makes an enum of variants with their words, and the method that gives these.
+/// Makes an enum of variants with their words, and the method that gives these; and a list of all variants, where it has a name.
 #[macro_export]
 macro_rules! worded {
+    (
+        $(#[$meta:meta])* $name:ident {
+            $($(#[$own:meta])* $variant:ident $word:literal,)*
+        } $(#[$doc:meta])* $method:ident $(#[$about:meta])* $all:ident
+    ) => {
+        $crate::worded! {
+            $(#[$meta])* $name { $($(#[$own])* $variant $word,)* } $(#[$doc])* $method
+        }
+
+        impl $name {
+            $(#[$about])*
+            pub const $all: [Self; [$($word),*].len()] = [$(Self::$variant),*];
+        }
+    };
     (
         $(#[$meta:meta])* $name:ident {
             $($(#[$own:meta])* $variant:ident $word:literal,)*

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::json::string;
-use librate_core::expr::{Function, function_name};
+use librate_core::expr::Function;
 use librate_studies::code::{Code, Rest, Search};
 use librate_studies::program::{Operation, Program};
 
@@ -37,7 +37,7 @@ impl Language {
         let name = match (function, self) {
             (Function::Ln, Self::C | Self::Python) => "log",
             (Function::Abs, Self::C | Self::Python) => "fabs",
-            (other, _) => function_name(other),
+            (other, _) => other.name(),
         };
         self.called(name)
     }

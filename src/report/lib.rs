@@ -108,12 +108,11 @@ FrequencyUnit {
 }
 /// How it is written.
 as_str
+/// All of them.
+ALL
 }
 
 impl FrequencyUnit {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Hertz, Self::Wavenumber, Self::Rpm, Self::Terahertz];
-
     /// One hertz in it.
     pub(crate) fn of_hertz(self) -> Option<Number> {
         match self {

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use librate_core::expr::{ExprId, Node, Pool, Symbol, UnboundSymbol};
 use librate_core::linearize;
 use librate_core::number::Number;
-use librate_core::precision::{Ball, Function, Scalar};
+use librate_core::precision::{Ball, Function, Scalar, power};
 
 /// One operation on registers; its result goes to the next register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -243,10 +243,10 @@ impl Compiler<'_> {
     fn power(&mut self, base: ExprId, exponent: &Number) -> u32 {
         let base = self.register(base);
         match exponent.small_parts().map(|(n, d)| (n.unsigned_abs(), d)) {
-            Some((n, 1)) if n <= 64 => self.whole_power(base, n),
+            Some((n, 1)) if n <= 64 => self.whole_power(base, n as u32),
             Some((n, 2)) if n <= 128 => {
                 let root = self.operation(Operation::Root(base));
-                self.whole_power(root, n)
+                self.whole_power(root, n as u32)
             }
             Some(_) | None => {
                 let exponent = self.number(exponent);
@@ -255,19 +255,8 @@ impl Compiler<'_> {
         }
     }
 
-    fn whole_power(&mut self, base: u32, exponent: u64) -> u32 {
-        let mut result = None;
-        let (mut square, mut left) = (base, exponent);
-        while left > 0 {
-            if left % 2 == 1 {
-                result = Some(result.map_or(square, |result| self.operation(Operation::Multiply(result, square))));
-            }
-            left /= 2;
-            if left > 0 {
-                square = self.operation(Operation::Multiply(square, square));
-            }
-        }
-        result.unwrap_or(base)
+    fn whole_power(&mut self, base: u32, exponent: u32) -> u32 {
+        power(&base, exponent, |x, y| self.operation(Operation::Multiply(*x, *y))).unwrap_or(base)
     }
 
     /// Leaves out what no output needs, and puts constants and inputs first.

@@ -69,7 +69,7 @@ pub use modular::{
 };
 pub(crate) use point::mix;
 pub use point::{Certainty, ModularPoint};
-pub use print::{function_from_name, function_name};
+pub use print::function_from_name;
 pub use series::Series;
 pub(crate) use sum::collect_equal;
 pub use tape::{Prepared, Tape, UnboundSymbol, evaluate_closed};

@@ -55,32 +55,10 @@ struct Joined {
 /// Bases with their exponents.
 type Factors = Vec<(ExprId, Number)>;
 
-/// The functions of one argument with their names in the model language.
-const FUNCTIONS: [(Function, &str); 12] = [
-    (Function::Sin, "sin"),
-    (Function::Cos, "cos"),
-    (Function::Tan, "tan"),
-    (Function::Asin, "asin"),
-    (Function::Acos, "acos"),
-    (Function::Atan, "atan"),
-    (Function::Sinh, "sinh"),
-    (Function::Cosh, "cosh"),
-    (Function::Tanh, "tanh"),
-    (Function::Exp, "exp"),
-    (Function::Ln, "ln"),
-    (Function::Abs, "abs"),
-];
-
-/// The name of a function in the model language.
-#[must_use]
-pub fn function_name(function: Function) -> &'static str {
-    FUNCTIONS.into_iter().find(|(own, _)| *own == function).map_or("", |(_, name)| name)
-}
-
 /// The function of a name in the model language, if it is one of one argument.
 #[must_use]
 pub fn function_from_name(name: &str) -> Option<Function> {
-    FUNCTIONS.into_iter().find(|(_, own)| *own == name).map(|(function, _)| function)
+    Function::ALL.into_iter().find(|own| own.name() == name)
 }
 
 impl Pool {
@@ -163,7 +141,7 @@ impl Pool {
                 out.extend([base, Piece::Text("^"), exponent]);
             }),
             Node::Function(function, x) => {
-                out.push(Piece::Text(function_name(*function)));
+                out.push(Piece::Text(function.name()));
                 in_parentheses(true, out, |out| out.push(Piece::Expression(*x, Place::Open)));
             }
             Node::Atan2 { y, x } => {

@@ -13,7 +13,7 @@ use super::parameters::known_values;
 use super::symbolic::instance;
 use super::units::start;
 use super::velocity::VelocityFamily;
-use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, function_name};
+use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Given, Model, SymbolKind, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big, Scalar};
@@ -319,7 +319,7 @@ impl<'a> Scene<'a> {
             }
             Node::Function(function, x) => {
                 let values = self.with_values(x, value(x)?);
-                let name = function_name(function);
+                let name = function.name();
                 let argument = self.quoted(x).unwrap_or_default();
                 let call = match argument.trim_matches('`') {
                     "" => format!("`{name}`"),

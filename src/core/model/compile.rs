@@ -236,7 +236,7 @@ impl<'a> Compiler<'a> {
             return self.refuse(error, span, tasks);
         }
         if let Some(builtin) = Builtin::from_name(&function.text) {
-            if let Some(error) = check_count(function, builtin.arguments(), arguments.len(), span) {
+            if let Some(error) = check_count(function, arguments.len(), span) {
                 self.refuse(error, span, tasks);
             }
             self.world.rigid |= matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);

@@ -139,10 +139,10 @@ impl Compiler<'_> {
         scope: &Scope,
     ) -> (IndexOp, Vec<ExprRef>) {
         let broken = || (IndexOp::Broken, Vec::new());
-        let (op, expected) = match function.text.as_str() {
-            "mod" => (IndexOp::Mod, 2),
-            "floor" => (IndexOp::Floor, 1),
-            "sqrt" => (IndexOp::Sqrt, 1),
+        let op = match function.text.as_str() {
+            "mod" => IndexOp::Mod,
+            "floor" => IndexOp::Floor,
+            "sqrt" => IndexOp::Sqrt,
             "norm" => {
                 // norm([a, b, c]) of numbers: the parts are the arguments here.
                 if let [only] = arguments
@@ -173,7 +173,7 @@ impl Compiler<'_> {
                 return broken();
             }
             name => match Builtin::from_name(name) {
-                Some(Builtin::Elementary(function)) => (IndexOp::Apply(function), 1),
+                Some(Builtin::Elementary(function)) => IndexOp::Apply(function),
                 Some(_) => return (self.not_for_indices(format!("`{name}`"), span), Vec::new()),
                 None => {
                     self.unknown_function(function, arguments, span, scope);
@@ -181,7 +181,7 @@ impl Compiler<'_> {
                 }
             },
         };
-        if let Some(error) = check_count(function, expected, arguments.len(), span) {
+        if let Some(error) = check_count(function, arguments.len(), span) {
             self.fail(error);
             return broken();
         }

@@ -5,7 +5,7 @@ use super::values::{Misfit, Value, cross, dot, norm, product, sum, three, transp
 use crate::expr::{ExprId, Pool, ZeroVerdict, function_from_name, ratio};
 use crate::precision::Function;
 use crate::span::Span;
-use crate::syntax::{FUNCTIONS, Name};
+use crate::syntax::{FUNCTIONS, Name, signature};
 
 /// Longer arguments are not quoted in messages.
 const LONGEST_ARGUMENT: usize = 40;
@@ -39,31 +39,31 @@ pub(super) enum Body {
     Point,
 }
 
-/// What is no elementary function: its name, and how many arguments it takes.
-const BUILTINS: [(&str, Builtin, usize); 18] = [
-    ("sqrt", Builtin::Sqrt, 1),
-    ("atan2", Builtin::Atan2, 2),
-    ("norm", Builtin::Norm, 1),
-    ("dot", Builtin::Dot, 2),
-    ("cross", Builtin::Cross, 2),
-    ("transpose", Builtin::Transpose, 1),
-    ("rot_x", Builtin::Rotation(0), 1),
-    ("rot_y", Builtin::Rotation(1), 1),
-    ("rot_z", Builtin::Rotation(2), 1),
-    ("angular_velocity", Builtin::AngularVelocity, 1),
-    ("inertia_sphere", Builtin::Inertia(Body::Sphere), 2),
-    ("inertia_shell", Builtin::Inertia(Body::Shell), 2),
-    ("inertia_cylinder", Builtin::Inertia(Body::Cylinder), 3),
-    ("inertia_rod", Builtin::Inertia(Body::Rod), 2),
-    ("inertia_box", Builtin::Inertia(Body::Cuboid), 4),
-    ("inertia_point", Builtin::Inertia(Body::Point), 2),
-    ("steiner", Builtin::Steiner, 3),
-    ("about", Builtin::About, 2),
+/// What is no elementary function.
+const BUILTINS: [(&str, Builtin); 18] = [
+    ("sqrt", Builtin::Sqrt),
+    ("atan2", Builtin::Atan2),
+    ("norm", Builtin::Norm),
+    ("dot", Builtin::Dot),
+    ("cross", Builtin::Cross),
+    ("transpose", Builtin::Transpose),
+    ("rot_x", Builtin::Rotation(0)),
+    ("rot_y", Builtin::Rotation(1)),
+    ("rot_z", Builtin::Rotation(2)),
+    ("angular_velocity", Builtin::AngularVelocity),
+    ("inertia_sphere", Builtin::Inertia(Body::Sphere)),
+    ("inertia_shell", Builtin::Inertia(Body::Shell)),
+    ("inertia_cylinder", Builtin::Inertia(Body::Cylinder)),
+    ("inertia_rod", Builtin::Inertia(Body::Rod)),
+    ("inertia_box", Builtin::Inertia(Body::Cuboid)),
+    ("inertia_point", Builtin::Inertia(Body::Point)),
+    ("steiner", Builtin::Steiner),
+    ("about", Builtin::About),
 ];
 
 impl Builtin {
     pub(super) fn from_name(name: &str) -> Option<Self> {
-        let own = BUILTINS.iter().find(|(own, _, _)| *own == name).map(|(_, builtin, _)| *builtin);
+        let own = BUILTINS.iter().find(|(own, _)| *own == name).map(|(_, builtin)| *builtin);
         own.or_else(|| function_from_name(name).map(Self::Elementary))
     }
 
@@ -98,11 +98,6 @@ impl Builtin {
             Self::Atan2 => Some("the origin has no angle: one of the arguments has to differ from 0"),
             _ => None,
         }
-    }
-
-    /// How many arguments it takes.
-    pub(super) fn arguments(self) -> usize {
-        BUILTINS.iter().find(|(_, builtin, _)| *builtin == self).map_or(1, |(_, _, count)| *count)
     }
 
     /// Applies the function.
@@ -187,7 +182,8 @@ impl Builtin {
 }
 
 /// The mistake of a call with a wrong number of arguments.
-pub(super) fn check_count(name: &Name, expected: usize, found: usize, span: Span) -> Option<ModelError> {
+pub(super) fn check_count(name: &Name, found: usize, span: Span) -> Option<ModelError> {
+    let expected = signature(&name.text).map_or(1, |(call, _)| 1 + call.matches(',').count());
     let words = match expected {
         1 => "one argument".to_owned(),
         2 => "two arguments".to_owned(),

@@ -3,33 +3,39 @@
 use super::Big;
 use crate::number::Number;
 
+crate::worded! {
 /// The elementary functions of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Function {
+Function {
     /// Sine.
-    Sin,
+    Sin "sin",
     /// Cosine.
-    Cos,
+    Cos "cos",
     /// Tangent.
-    Tan,
+    Tan "tan",
     /// Arc sine.
-    Asin,
+    Asin "asin",
     /// Arc cosine.
-    Acos,
+    Acos "acos",
     /// Arc tangent.
-    Atan,
+    Atan "atan",
     /// Hyperbolic sine.
-    Sinh,
+    Sinh "sinh",
     /// Hyperbolic cosine.
-    Cosh,
+    Cosh "cosh",
     /// Hyperbolic tangent.
-    Tanh,
+    Tanh "tanh",
     /// Exponential function.
-    Exp,
+    Exp "exp",
     /// Natural logarithm.
-    Ln,
+    Ln "ln",
     /// Absolute value.
-    Abs,
+    Abs "abs",
+}
+/// Its name in the model language.
+name
+/// All of them.
+ALL
 }
 
 /// A number type that expressions are evaluated over: `f64`, double-double balls, balls of any

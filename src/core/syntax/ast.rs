@@ -86,11 +86,8 @@ Drawn {
 }
 /// As it is written.
 as_str
-}
-
-impl Drawn {
-    /// What there is.
-    pub const ALL: [Self; 3] = [Self::Point, Self::Line, Self::Spring];
+/// What there is.
+ALL
 }
 
 /// What a statement says.
