@@ -67,7 +67,10 @@ pub(super) fn reduced_texts(derivation: &Derivation, own: &Independent) -> Vec<S
 }
 
 /// The names of the multipliers and what they are.
-fn multipliers<'a>(derivation: &'a Derivation, tangent: &'a Tangent) -> impl Iterator<Item = (&'a String, String)> {
+pub(super) fn multipliers<'a>(
+    derivation: &'a Derivation,
+    tangent: &'a Tangent,
+) -> impl Iterator<Item = (&'a String, String)> {
     let names = derivation.constraints.iter().flat_map(|own| &own.names);
     names.zip(&tangent.multipliers).map(|(name, value)| (name, derivation.pool.display(*value)))
 }

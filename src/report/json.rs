@@ -5,7 +5,7 @@
 
 use std::fmt::{Display, Write};
 
-use super::constraints::{constraint_texts, follow_texts, independent_names, reduced_texts};
+use super::constraints::{constraint_texts, follow_texts, independent_names, multipliers, reduced_texts};
 use super::exponents::{exponent_text, imaginary_unit};
 use super::frequencies::{exchange, kind, signs};
 use super::page::{assumption_texts, condition_text, conserved_because, left_out};
@@ -262,8 +262,7 @@ fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
 /// Multipliers, gradients of the constraints, and the matrices of the motions that these allow, or that massless coordinates follow.
 fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Fields<'_>) {
     if tangent.massless.is_empty() {
-        let multipliers = derivation.constraints.iter().flat_map(|own| &own.names).zip(&tangent.multipliers);
-        let multipliers = multipliers.map(|(name, value)| (name, expression(derivation, *value)));
+        let multipliers = multipliers(derivation, tangent).map(|(name, value)| (name, string(&value)));
         fields.push(("multipliers", record(multipliers)));
         fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
     }

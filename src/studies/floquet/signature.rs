@@ -7,7 +7,7 @@
 
 use super::basis::Basis;
 use super::discs::Covers;
-use librate_core::precision::{Complex, Enclosure, Magnitude};
+use librate_core::precision::{Complex, Enclosure, Magnitude, subtract};
 
 /// Whether i x* ω x is definite on the invariant subspace that belongs to a set of connected discs; `form` is ω row by row. With that
 /// all eigenvalues in these discs are on the circle.
@@ -60,9 +60,7 @@ pub(super) fn is_definite<S: Enclosure>(
         let share = S::exact(1.0, precision).div(&pivot);
         for row in &mut products[k + 1..] {
             let factor = row[k].times(&share);
-            for (entry, own) in row.iter_mut().zip(&own) {
-                *entry = entry.sub(&factor.mul(own));
-            }
+            subtract(row, &own, &factor);
         }
     }
     true

@@ -1,6 +1,6 @@
 //! U and M of a model of one coordinate, as expressions with all parameters put in, and what symmetry they have.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use super::PeriodError;
 use super::panel::Kink;
@@ -161,19 +161,14 @@ impl Energies {
         }
         let first = *rates.first()?;
         // Everything that depends on the coordinate does so through these functions.
-        let mut varies: HashMap<ExprId, bool> = HashMap::new();
-        for id in self.pool.reachable(&roots) {
-            let mut own = self.pool.as_symbol(id) == Some(q);
-            if !inside.contains(&id) {
-                let pool = &self.pool;
-                pool.node(id).for_each_child(|child| {
-                    own |= varies.get(&child).copied().unwrap_or(false);
-                });
+        let (mut seen, mut todo) = (inside, roots.to_vec());
+        while let Some(id) = todo.pop() {
+            if self.pool.as_symbol(id) == Some(q) {
+                return None;
             }
-            varies.insert(id, own);
-        }
-        if roots.iter().any(|root| varies.get(root).copied().unwrap_or(false)) {
-            return None;
+            if seen.insert(id) {
+                self.pool.node(id).for_each_child(|child| todo.push(child));
+            }
         }
         // The largest part of the first rate that all are whole multiples of.
         let mut part = Number::ZERO;
