@@ -44,10 +44,7 @@ pub(crate) fn row(entries: &[(usize, ExprId)], count: usize, zero: ExprId) -> Ve
 /// The energy function Σ q' dL/dq' - L.
 pub(crate) fn energy(pool: &mut Pool, lagrangian: ExprId, equations: &[Equation], velocities: &[Symbol]) -> ExprId {
     let mut parts = vec![pool.neg(lagrangian)];
-    for (equation, velocity) in equations.iter().zip(velocities) {
-        let velocity = pool.symbol_expr(*velocity);
-        parts.push(pool.mul(equation.momentum, velocity));
-    }
+    parts.extend(equations.iter().zip(velocities).map(|(own, velocity)| pool.times(own.momentum, *velocity)));
     pool.sum(&parts)
 }
 
@@ -101,10 +98,7 @@ impl<'a> Mechanics<'a> {
     /// accelerations are 0.
     pub(crate) fn rate(&mut self, e: ExprId, slopes: &[(usize, ExprId)]) -> ExprId {
         let mut parts = vec![self.pool.diff(e, self.time)];
-        for (j, slope) in slopes {
-            let velocity = self.pool.symbol_expr(self.velocities[*j]);
-            parts.push(self.pool.mul(*slope, velocity));
-        }
+        parts.extend(slopes.iter().map(|(j, slope)| self.pool.times(*slope, self.velocities[*j])));
         self.pool.sum(&parts)
     }
 

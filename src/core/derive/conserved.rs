@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::independent::{Independent, at_constant_rates};
+use super::independent::Independent;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Algebra;
@@ -63,10 +63,10 @@ pub(super) fn integrals(
     let mut found = Vec::new();
     'equations: for (coordinate, equation) in reduced.free.iter().zip(&reduced.equations) {
         let mut places = Vec::new();
-        let mut load = at_constant_rates(pool, variables, equation);
+        let mut load = equation.at_constant_rates(pool, velocities);
         // Multiples of velocities that follow and have a part without velocities.
         for (i, speed) in &reduced.follows {
-            let speed = at_constant_rates(pool, variables, speed);
+            let speed = speed.at_constant_rates(pool, velocities);
             let [rest, own] = [load, speed].map(|e| pool.substitute_one(e, &no_velocities));
             if pool.vanishes(rest) || pool.vanishes(own) {
                 continue;
@@ -80,10 +80,9 @@ pub(super) fn integrals(
         }
         let mut parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>> = BTreeMap::new();
         for i in &reduced.free {
-            let velocity = pool.symbol_expr(velocities[*i]);
             let slope = pool.diff(load, velocities[*i]);
             let slope = pool.short(|_| slope);
-            let share = pool.mul(slope, velocity);
+            let share = pool.times(slope, velocities[*i]);
             load = pool.sub(load, share);
             places.extend((!pool.vanishes(slope)).then_some((*i, slope)));
             let inertia = equation.coefficient(pool, Motion::Acceleration(*i));
@@ -102,8 +101,7 @@ pub(super) fn integrals(
             continue;
         }
         for (i, factor) in places {
-            let place = pool.symbol_expr(coordinates[i]);
-            parts.entry(Vec::new()).or_default().push(pool.mul(factor, place));
+            parts.entry(Vec::new()).or_default().push(pool.times(factor, coordinates[i]));
         }
         found.push(Conserved::Integral { coordinate: *coordinate, value: MotionSum::of_parts(pool, parts) });
     }
@@ -278,8 +276,7 @@ impl Search<'_> {
             terms.push(if i == j { self.pool.scale(product, &Number::half()) } else { product });
         }
         for (i, b) in &self.lagrangian.linear {
-            let velocity = self.pool.symbol_expr(self.variables.velocities[*i]);
-            terms.push(self.pool.product(&[*b, velocity]));
+            terms.push(self.pool.times(*b, self.variables.velocities[*i]));
         }
         let mut change = Vec::new();
         for term in terms {

@@ -41,10 +41,8 @@ fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
     let mut parts = lagrangian.potential.clone();
     for term in &lagrangian.other {
         parts.push(pool.neg(*term));
-        for (i, slope) in variables.symbols.velocity_slopes(pool, *term) {
-            let velocity = pool.symbol_expr(variables.velocities[i]);
-            parts.push(pool.mul(velocity, slope));
-        }
+        let slopes = variables.symbols.velocity_slopes(pool, *term);
+        parts.extend(slopes.into_iter().map(|(i, slope)| pool.times(slope, variables.velocities[i])));
     }
     let sum = pool.sum(&parts);
     pool.short_over_powers(sum)

@@ -92,8 +92,7 @@ impl Motions {
             for i in free {
                 if !row[*i].is_zero() {
                     speed.insert(single(Motion::Velocity(*i)), vec![row[*i]]);
-                    let velocity = pool.symbol_expr(variables.velocities[*i]);
-                    parts.push(pool.mul(row[*i], velocity));
+                    parts.push(pool.times(row[*i], variables.velocities[*i]));
                 }
             }
             if !row[n].is_zero() {
@@ -240,14 +239,6 @@ fn reduced(model: &Model, is_pivot: &dyn Fn(&Pool, ExprId) -> bool) -> Option<(P
     Some((pool, found))
 }
 
-/// A sum without its accelerations, in the symbols of the velocities.
-pub(super) fn at_constant_rates(pool: &mut Pool, variables: &Variables, sum: &MotionSum) -> ExprId {
-    sum.expression(pool, |pool, motion| match motion {
-        Motion::Velocity(i) => pool.symbol_expr(variables.velocities[i]),
-        _ => pool.zero(),
-    })
-}
-
 /// A model with conditions on velocities as one without, of the coordinates whose velocities are independent: with M of the
 /// equations in these, and what these have beside Lagrange's equations of the same M and V as generalised forces.
 ///
@@ -281,7 +272,7 @@ pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
     }
     for (i, speed) in &found.follows {
         if let Some(rate) = model.rates.get(*i) {
-            let speed = at_constant_rates(&mut pool, &variables, speed);
+            let speed = speed.at_constant_rates(&mut pool, &variables.velocities);
             let off = pool.sub(speed, rate.symbolic);
             if differs(&pool, off) {
                 return None;
@@ -295,7 +286,7 @@ pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
 fn moves_by_itself(pool: &mut Pool, variables: &Variables, found: &Independent) -> bool {
     let mut left: Vec<(Symbol, Vec<Symbol>)> = Vec::new();
     for (i, speed) in &found.follows {
-        let speed = at_constant_rates(pool, variables, speed);
+        let speed = speed.at_constant_rates(pool, &variables.velocities);
         left.push((variables.coordinates[*i], pool.symbols_of(&[speed])));
     }
     loop {
@@ -339,12 +330,10 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         // Lagrange's equation of this M and V, without accelerations.
         let momentum = pool.diff(lagrangian, variables.velocities[*i]);
         let mut parts = vec![variables.by_time(&mut pool, momentum)];
-        for (j, slope) in variables.symbols.slopes(&mut pool, momentum) {
-            let velocity = pool.symbol_expr(variables.velocities[j]);
-            parts.push(pool.mul(slope, velocity));
-        }
+        let slopes = variables.symbols.slopes(&mut pool, momentum);
+        parts.extend(slopes.into_iter().map(|(j, slope)| pool.times(slope, variables.velocities[j])));
         let slope = pool.diff(lagrangian, variables.coordinates[*i]);
-        let load = at_constant_rates(&mut pool, variables, equation);
+        let load = equation.at_constant_rates(&mut pool, &variables.velocities);
         parts.extend([slope, load].map(|e| pool.neg(e)));
         let force = Algebra::new(&mut pool).short(|pool| pool.sum(&parts));
         if pool.depends_on(force, &bound) {

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Function, Node, Pool};
+use crate::expr::{ExprId, Function, Node, Pool, Symbol};
 use crate::number::Number;
 use crate::order::Order;
 
@@ -156,6 +156,14 @@ impl MotionSum {
     /// The sum as one expression, with `value` for what moves.
     pub fn expression(&self, pool: &mut Pool, mut value: impl FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {
         self.expression_with(pool, &mut value)
+    }
+
+    /// The sum without its accelerations, in the symbols of the velocities.
+    pub fn at_constant_rates(&self, pool: &mut Pool, velocities: &[Symbol]) -> ExprId {
+        self.expression(pool, |pool, motion| match motion {
+            Motion::Velocity(i) => pool.symbol_expr(velocities[i]),
+            _ => pool.zero(),
+        })
     }
 
     fn expression_with(&self, pool: &mut Pool, value: &mut dyn FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {

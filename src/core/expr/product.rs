@@ -6,7 +6,7 @@
 //! goes back on the list; every round takes something apart, so that there are few.
 
 use super::sum::{collect_equal, leads_negative};
-use super::{ExprId, Function, Node, ONE, Pool, UNDEFINED, ZERO, intern};
+use super::{ExprId, Function, Node, ONE, Pool, Symbol, UNDEFINED, ZERO, intern};
 use crate::number::Number;
 use crate::order::Order;
 
@@ -71,6 +71,12 @@ impl Pool {
             return self.scale(a, &value);
         }
         self.product_iter([(a, Number::ONE), (b, Number::ONE)].into_iter())
+    }
+
+    /// The product of an expression and a symbol.
+    pub fn times(&mut self, e: ExprId, symbol: Symbol) -> ExprId {
+        let symbol = self.symbol_expr(symbol);
+        self.mul(e, symbol)
     }
 
     /// The quotient of two expressions; [`Node::Undefined`] where the divisor is exactly 0.

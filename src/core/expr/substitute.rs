@@ -32,8 +32,7 @@ impl Pool {
                 signs.push((x, sign));
                 sign
             });
-            let sign = pool.symbol_expr(sign);
-            Some(pool.mul(sign, x))
+            Some(pool.times(x, sign))
         };
         let roots = self.rebuilt(roots, Some(&is_wanted), &Substitution::default(), &mut signed);
         (roots, signs)

@@ -54,8 +54,7 @@ pub(crate) fn with_multipliers(model: &Model) -> Tied {
         };
         let at = model.coordinates.len();
         let own = model.add_coordinate(&name, name.clone(), constraint.span);
-        let multiplier = model.pool.symbol_expr(own.coordinate);
-        let term = model.pool.mul(multiplier, constraint.expression);
+        let term = model.pool.times(constraint.expression, own.coordinate);
         let body = model.pool.neg(term);
         let mut coordinates = Vec::new();
         let mut locals = Vec::new();

@@ -228,10 +228,8 @@ impl Invariance {
             let shift = shifts.iter().filter(|(at, _)| *at == i).map(|(_, shift)| *shift);
             let (mut displacement, mut velocity) = (shift.collect::<Vec<ExprId>>(), Vec::new());
             for (j, factor) in image {
-                let (q, v) = (all.at(*j).symbol, all.at(*j).velocity);
-                let (q, v) = (pool.symbol_expr(q), pool.symbol_expr(v));
-                displacement.push(pool.mul(*factor, q));
-                velocity.push(pool.mul(*factor, v));
+                displacement.push(pool.times(*factor, all.at(*j).symbol));
+                velocity.push(pool.times(*factor, all.at(*j).velocity));
             }
             map.insert(own.symbol, pool.sum(&displacement));
             map.insert(own.velocity, pool.sum(&velocity));

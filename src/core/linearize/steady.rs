@@ -58,8 +58,7 @@ fn take_loads_out(model: &mut Model) {
             if !turning || slope.is_zero() || pool.depends_on(slope, &is_local) {
                 continue;
             }
-            let place = pool.symbol_expr(local.coordinate);
-            let load = pool.mul(slope, place);
+            let load = pool.times(slope, local.coordinate);
             family.body = pool.sub(family.body, load);
             forces.push(TermFamily { body: pool.neg(slope), acts_on: Some(slot), ..family.clone() });
             force.get_or_insert(family.span);

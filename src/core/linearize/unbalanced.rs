@@ -106,8 +106,7 @@ fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], 
         let name = format!("mu {place} of a slot");
         let symbol = pool.symbol(&name);
         let velocity = pool.symbol(&format!("{name}'"));
-        let multiplier = pool.symbol_expr(symbol);
-        parts.push(pool.mul(multiplier, *force));
+        parts.push(pool.times(*force, symbol));
         slots.push((*place, Local::new(symbol, velocity)));
     }
     if slots.is_empty() {

@@ -269,10 +269,8 @@ impl Units {
                 pool.symbol_expr(unit)
             };
             units.push(unit);
-            let place = pool.symbol_expr(local.coordinate);
-            map.insert(local.coordinate, pool.mul(unit, place));
-            let velocity = pool.symbol_expr(local.velocity);
-            let velocity = pool.mul(unit, velocity);
+            map.insert(local.coordinate, pool.times(unit, local.coordinate));
+            let velocity = pool.times(unit, local.velocity);
             map.insert(local.velocity, pool.scale(velocity, &power_of_two(self.rate)));
         }
         let mut body = pool.substitute_one(family.body, &map);

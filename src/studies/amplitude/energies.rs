@@ -92,8 +92,7 @@ impl Parts {
             let bodies = if pool.depends_on(family.body, &is_velocity) {
                 let mut scaled = Substitution::default();
                 for velocity in &velocities {
-                    let own = pool.symbol_expr(*velocity);
-                    scaled.insert(*velocity, pool.mul(scale, own));
+                    scaled.insert(*velocity, pool.times(scale, *velocity));
                 }
                 let whole = pool.substitute_one(family.body, &scaled);
                 let once = pool.diff(whole, factor);

@@ -120,10 +120,7 @@ impl Driven {
         let rate = |pool: &mut Pool, e: ExprId| {
             let slopes = pool.gradient(e, &symbols[1..=n]);
             let mut parts = vec![pool.diff(e, symbols[0])];
-            for (slope, velocity) in slopes.iter().zip(&symbols[n + 1..]) {
-                let velocity = pool.symbol_expr(*velocity);
-                parts.push(pool.mul(*slope, velocity));
-            }
+            parts.extend(slopes.iter().zip(&symbols[n + 1..]).map(|(slope, velocity)| pool.times(*slope, *velocity)));
             (slopes, pool.sum(&parts))
         };
         let (mut gradients, mut decays, mut slopes) = (Vec::new(), Vec::new(), Vec::new());

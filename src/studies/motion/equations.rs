@@ -159,10 +159,7 @@ impl<'a> Written<'a> {
         let mut outputs = inertia;
         let follows = found.follows.iter().map(|(_, speed)| speed);
         for sum in found.equations.iter().chain(follows) {
-            outputs.push(sum.expression(&mut pool, |pool, motion| match motion {
-                Motion::Velocity(i) => pool.symbol_expr(velocities[i]),
-                _ => pool.zero(),
-            }));
+            outputs.push(sum.at_constant_rates(&mut pool, &velocities));
         }
         outputs = pool.substitute(&outputs, &known_values(model));
         shorten(&mut pool, &mut outputs, MOST_SHORTENED);
