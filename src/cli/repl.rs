@@ -6,7 +6,7 @@ use std::process::{Child, Command as Process, ExitCode, Stdio};
 
 use clap::{Args, CommandFactory};
 use librate::diagnostic::Diagnostic;
-use librate::model::units_with_prefixes;
+use librate::model::{ModelError, Settings, TableTexts, elaborate, units_with_prefixes};
 use librate::syntax::{self, Binding, FUNCTIONS, IndexKind, Indices, Name, STATEMENT_WORDS, StatementKind};
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
@@ -194,10 +194,26 @@ impl Session {
                 statements(entry).iter().flat_map(|other| declared(&other.kind, entry)).collect()
             };
             let new = text[statement.span.range()].to_owned();
-            let is_same = |entry: &String| others(entry).iter().any(|name| own.contains(name));
-            let same: Vec<usize> = (0..self.entries.len()).filter(|at| is_same(&self.entries[*at])).collect();
+            let places = |is_same: &dyn Fn(&String) -> bool| -> Vec<usize> {
+                (0..self.entries.len()).filter(|at| others(&self.entries[*at]).iter().any(is_same)).collect()
+            };
+            let mut same = places(&|name| own.contains(name));
+            // Members of a family that are declared one by one stand beside each other, unless one of them is given twice then.
+            let family = |name: &str| name.split('[').next().unwrap_or_default().to_owned();
+            let families: Vec<String> = own.iter().map(|own| family(own)).collect();
+            let clashes = same.is_empty() && !given_twice(&self.text()) && given_twice(&(self.text() + &new));
+            let is_member = |name: &String| name.contains('[') && !name.contains("..");
+            if clashes && let Some(member) = own.iter().find(|name| is_member(name)) {
+                return Err(fault(format!(
+                    "`{member}` is declared with others of its family: declare all of them again"
+                )));
+            }
+            if clashes {
+                same = places(&|name| families.contains(&family(name)));
+            }
+            let is_replaced = |name: &String| own.contains(name) || clashes && families.contains(&family(name));
             let all = same.iter().flat_map(|at| others(&self.entries[*at])).collect::<Vec<_>>();
-            if let Some(left) = all.iter().find(|name| !own.contains(name)) {
+            if let Some(left) = all.iter().find(|name| !is_replaced(name)) {
                 let how = "declare all of it again, or give a value with `NAME = VALUE`";
                 return Err(fault(format!("`{left}` is declared in the same statement: {how}")));
             }
@@ -295,6 +311,13 @@ impl Session {
         feed(&mut child, &self.text());
         child.wait().map(drop).map_err(|error| fault(error.to_string()))
     }
+}
+
+/// Whether something is declared twice.
+fn given_twice(text: &str) -> bool {
+    let found = syntax::parse(text).map(|file| elaborate(&file, &TableTexts::new(), &Settings::new()));
+    let is_twice = |own: &ModelError| matches!(own, ModelError::GivenTwice { .. });
+    found.is_ok_and(|model| model.is_err_and(|errors| errors.iter().any(is_twice)))
 }
 
 /// The statements of a text, none where it can't be read.

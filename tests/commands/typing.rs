@@ -183,6 +183,14 @@ fn statements_replace_what_they_declare_and_nothing_else() {
     assert!(run.err.contains("`a` is declared in the same statement"), "{}", run.err);
     let run = answers(&folder("replaced"), &[], "param a = 1\nparam k = 1\nparam k = 2, a = 3\ntext\n");
     assert_eq!(run.out, "param k = 2, a = 3\n");
+    // All of a family takes the place of a member, and of what had its name.
+    let typed =
+        "param k = 3\nparam k[1..2] = 5\ncoord x[1..2]\nguess x[1] = 1/10\nguess x[1..2] = 1/5\nguess x[2] = 1\ntext\n";
+    let run = answers(&folder("replaced"), &[], typed);
+    assert_eq!(run.out, "param k[1..2] = 5\ncoord x[1..2]\nguess x[1..2] = 1/5\n");
+    assert!(run.err.contains("x[2]` is declared with others of its family"), "{}", run.err);
+    let run = answers(&folder("replaced"), &[], "param a[1] = 1, a[2] = 2\nparam a[1] = 5\ntext\n");
+    assert_eq!(run.out, "param a[1] = 1, a[2] = 2\n");
 }
 
 #[test]

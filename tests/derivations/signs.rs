@@ -261,6 +261,26 @@ fn series_and_limits_of_exponents_have_their_values() {
     is_near(&exponents(&limit, &values), &[(0.0, 0.0), (-0.4, 0.0)], 1e-15);
     series.expand("k", 1);
     is_near(&exponents(&series, &values), &[(-1e-4 / 0.4, 0.0), (1e-4 / 0.4 - 0.4, 0.0)], 1e-15);
+    // The slow motion about a strong field, ω = e √(ab)/B + …: m² ω⁴ - (m e (a + b) + B²) ω² + e² ab = 0.
+    let slow = "param m = 2, B = 3, a = 1, b = 2, e = 0.1  assume m > 0, B > 0, a > 0, b > 0  coord x, y
+        lagrangian = 1/2*m*(x'^2 + y'^2) + 1/2*B*(x*y' - y*x') - 1/2*e*(a*x^2 + b*y^2)";
+    let e = 1e-3_f64;
+    let half = (2.0 * e * 3.0 + 9.0) / 8.0;
+    let squares = [half - (half * half - e * e / 2.0).sqrt(), half + (half * half - e * e / 2.0).sqrt()];
+    for order in 1..5 {
+        let mut own = page(slow);
+        own.expand("e", order);
+        let found = exponents(&own, &[("m", 2.0), ("B", 3.0), ("a", 1.0), ("b", 2.0), ("e", e)]);
+        let want = squares.map(f64::sqrt).map(|omega| [(0.0, omega), (0.0, -omega)]).concat();
+        is_near(&found, &want, e.powi(order as i32 + 1).max(1e-12));
+    }
+    let mut own = page(
+        "param m = 5, e = 2  coord x, y
+         lagrangian = 1/2*m*x'^2 + 1/2*m*y'^2 + 1/2*e*(x*y' - y*x') - 1/2*x^2 - 1/2*y^2 - e*x*y",
+    );
+    own.limit("e", &Number::ZERO);
+    let omega = 0.2_f64.sqrt();
+    is_near(&exponents(&own, &[("m", 5.0)]), &[(0.0, omega), (0.0, omega), (0.0, -omega), (0.0, -omega)], 1e-15);
     let positive = |own: &Derivation, values: &[(&str, f64)]| {
         exponents(own, values).chunks(2).for_each(|pair| assert!(pair[0].1 >= 0.0, "{pair:?}"));
     };

@@ -145,6 +145,26 @@ fn nodes_hide_no_other_resonance() {
     }
 }
 
+/// Far above all frequencies the last coordinate of a chain moves by 1e-70: nothing is left undecided there, and each maximum has its half power beside it.
+#[test]
+fn far_ends_of_a_range_are_decided() {
+    let text = "coord x[1..10]  T = sum(i in 1..10, 1/2*x[i]'^2)
+        V = 10*x[1]^2 + sum(i in 1..9, 10*(x[i+1] - x[i])^2)
+        dissipation = 1/2*1.7e-3*(x[1]'^2 + sum(i in 1..9, (x[i+1]' - x[i]')^2))";
+    for over in ["omega=0..12", "omega=0..1e4"] {
+        let own = study(text, Some("x[1]"), over).peaks(9).unwrap();
+        assert!(own.undecided.is_empty(), "{own:?}");
+        let maxima: Vec<&Peak> = own.found.iter().filter(|one| one.kind == PeakKind::Maximum).collect();
+        assert_eq!(maxima.len(), 10);
+        for (k, one) in (0..).zip(maxima) {
+            let frequency = 2.0 * 20.0_f64.sqrt() * (std::f64::consts::PI * f64::from(2 * k + 1) / 42.0).sin();
+            assert!((one.place.mid_f64() - frequency).abs() < 1e-3, "{one:?} {frequency}");
+            let [from, to] = one.half_power.map(|own| own.unwrap().mid_f64());
+            assert!(from < one.place.mid_f64() && one.place.mid_f64() < to && to - from < 0.02, "{one:?}");
+        }
+    }
+}
+
 /// What does not hang together with the driven coordinate rests, and its frequencies are none of the response.
 #[test]
 fn other_systems_in_the_same_model_are_left_alone() {

@@ -182,7 +182,8 @@ impl Exponents {
                 }
                 self.exponents.retain(|own| !is_open(pool, own));
             }
-            self.exponents = std::mem::take(&mut self.exponents).into_iter().map(|own| own.drawn(pool)).collect();
+            let all = std::mem::take(&mut self.exponents).into_iter();
+            self.exponents = all.map(|own| own.drawn(pool, &self.values)).collect();
             self.complete &= self.exponents.iter().map(|own| own.multiplicity).sum::<usize>() == count;
             self.merge(pool);
         }
@@ -194,17 +195,16 @@ impl Exponents {
     /// The exponents of an undamped system from the series of the zeros of its characteristic polynomial.
     fn series(&self, pool: &mut Algebra<'_>, done: &Approximation, symbol: Symbol) -> Option<Vec<ClosedExponent>> {
         let characteristic = self.characteristic.as_ref()?;
+        let Approximation::Expansion { name, order } = done else { return None };
         if characteristic.iter().skip(1).step_by(2).any(|odd| !odd.is_zero()) {
             return None;
         }
-        let squares = finite(pool, done, characteristic, symbol)?;
-        let both = squares.into_iter().flat_map(|own| {
-            let root = pool.sqrt(own.omega_squared);
-            let series = done.of(pool, root, symbol);
-            let imaginary = if pool.is_undefined(series) { root } else { series };
-            [imaginary, pool.neg(imaginary)]
-        });
-        let both: Vec<ExprId> = both.collect();
+        // The root of a zero that begins with the power v is known to v/2 powers fewer.
+        let squares = Approximation::Expansion { name: name.clone(), order: (2 * order).min(MOST_ORDERS) };
+        let squares = finite(pool, &squares, characteristic, symbol)?;
+        let roots = squares.into_iter().map(|own| root_of_series(pool, own.omega_squared, symbol, (name, *order)));
+        let roots = roots.collect::<Option<Vec<ExprId>>>()?;
+        let both: Vec<ExprId> = roots.into_iter().flat_map(|root| [root, pool.neg(root)]).collect();
         let real = pool.zero();
         let exponent = |imaginary| ClosedExponent { real, imaginary, multiplicity: 1, damping_ratio: None };
         Some(both.into_iter().map(exponent).collect())
@@ -238,18 +238,56 @@ impl Exponents {
 }
 
 impl ClosedExponent {
-    /// The exponent; one of two real ones where the imaginary part has become the root of minus a square.
-    fn drawn(self, pool: &mut Algebra<'_>) -> Self {
-        let square = pool.square(self.imaginary);
+    /// The exponent with a real part where its imaginary part has become the root of minus a square, and with an imaginary one where its real
+    /// part has become the root of what is negative at the values of the parameters.
+    fn drawn(self, pool: &mut Algebra<'_>, values: &[(Symbol, f64)]) -> Self {
+        let square = pool.square(if self.imaginary.is_zero() { self.real } else { self.imaginary });
         let opposite = pool.neg(square);
+        if self.imaginary.is_zero() {
+            if sign_at(pool, square, values) != Some(true) {
+                return self;
+            }
+            let (size, _) = root(pool, opposite);
+            let is_negative = pool.split_content(self.real).0.is_negative();
+            let imaginary = if is_negative { pool.neg(size) } else { size };
+            return Self { real: pool.zero(), imaginary: pool.simplify(imaginary), ..self };
+        }
         let (size, is_drawn) = root(pool, opposite);
-        if self.imaginary.is_zero() || !is_drawn {
+        if !is_drawn {
             return self;
         }
         let is_negative = pool.split_content(self.imaginary).0.is_negative();
         let real = if is_negative { pool.add(self.real, size) } else { pool.sub(self.real, size) };
         Self { real: pool.simplify(real), imaginary: pool.zero(), ..self }
     }
+}
+
+/// The root, to some power of a symbol, of a polynomial in it that is known to twice that power, or to as many powers as there are; `None` where these
+/// are too few.
+fn root_of_series(
+    pool: &mut Algebra<'_>,
+    square: ExprId,
+    symbol: Symbol,
+    (name, order): (&str, u32),
+) -> Option<ExprId> {
+    let known = (2 * order).min(MOST_ORDERS);
+    let coefficients = taylor(pool, square, symbol, known);
+    let first = (0_u32..).zip(&coefficients).find(|(_, own)| !own.is_zero()).map(|(power, _)| power);
+    let Some(first) = first else { return (known == 2 * order).then(|| pool.zero()) };
+    let more = order.checked_sub(first.div_ceil(2)).filter(|more| *more <= known - first)?;
+    let variable = pool.symbol_expr(symbol);
+    let terms = coefficients.into_iter().zip(0_i64..).skip(first as usize).map(|(own, power)| {
+        let power = pool.powi(variable, power - i64::from(first));
+        (pool.mul(own, power), Number::ONE)
+    });
+    let terms: Vec<(ExprId, Number)> = terms.collect();
+    let rest = pool.linear(&terms);
+    let root = pool.sqrt(rest);
+    let rest = Approximation::Expansion { name: name.to_owned(), order: more };
+    let root = rest.of(pool, root, symbol);
+    let half = Number::half().mul(&Number::from(i64::from(first)));
+    let front = pool.product_of_powers(&[(variable, half)]);
+    Some(pool.mul(front, root))
 }
 
 /// Whether an expression is negative at the values of its parameters; `None` where some have none.

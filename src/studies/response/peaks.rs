@@ -7,6 +7,7 @@
 //! makes the linear system singular, too.
 
 use librate_core::worded;
+use std::collections::VecDeque;
 
 use super::solve::{Matrices, Slope};
 use super::{Force, LEVELS, ResponseError, Study, System};
@@ -22,11 +23,11 @@ const AT_ENDS: usize = 70;
 const BEHIND_ENDS: usize = 24;
 /// Places in a piece that are looked at, in thousandths of it.
 const INSIDE: [i64; 3] = [333, 571, 802];
-/// Multiplications for one output, and pieces that are examined: in all, and side by side at one width. About a place at which a factor cancels
-/// their number grows at each width.
-const MOST_WORK: f64 = 3e7;
-const MOST_PIECES: f64 = 5e4;
-const MOST_IN_A_ROW: usize = 1 << 10;
+/// Multiplications for one output, and pieces that are examined. About a place at which a factor cancels, more and more of them lie side by side:
+/// such long rows come last.
+const MOST_WORK: f64 = 1e8;
+const MOST_PIECES: f64 = 2e4;
+const LONG_ROW: usize = 1 << 8;
 /// Halvings of an enclosure at most.
 const MOST_HALVINGS: usize = 200;
 
@@ -172,10 +173,26 @@ impl Search<'_> {
         let halved = |(piece, is_top): &(Piece, bool)| self.closed_in(piece, |at| Some(self.rises(at)? == *is_top));
         let exact: Vec<(Piece, bool)> = turns.iter().map(|own| (halved(own), own.1)).collect();
         let mut found = Vec::with_capacity(exact.len());
+        let open = joined(undecided.clone());
         for (at, (piece, is_top)) in exact.iter().enumerate() {
             let before = at.checked_sub(1).map_or(&first, |before| &exact[before].0[1]);
             let after = exact.get(at + 1).map_or(&last, |(after, _)| &after[0]);
+            // Between these, and up to where nothing is decided, the amplitude rises or falls throughout.
+            let before = open
+                .iter()
+                .map(|own| &own[1])
+                .filter(|end| *end <= &piece[0])
+                .max()
+                .map_or(before, |end| before.max(end));
+            let after = open
+                .iter()
+                .map(|own| &own[0])
+                .filter(|end| *end >= &piece[1])
+                .min()
+                .map_or(after, |end| after.min(end));
+            let is_inside = open.iter().any(|own| own[0] < piece[1] && piece[0] < own[1]);
             match self.peak(piece, *is_top, [before, after]) {
+                Some(peak) if is_inside => found.push(Peak { half_power: [None, None], ..peak }),
                 Some(peak) => found.push(peak),
                 None => undecided.push(piece.clone()),
             }
@@ -201,39 +218,36 @@ impl Search<'_> {
                 !self.sample(&inside, None).is_some_and(is_decided)
             })
         };
-        let mut open = vec![(AT_ENDS, [Number::ZERO, Number::ONE])];
-        for depth in 0.. {
-            if open.is_empty() {
-                break;
+        let [mut rows, mut long] =
+            [VecDeque::from([(0, vec![(AT_ENDS, [Number::ZERO, Number::ONE])])]), VecDeque::new()];
+        while let Some((depth, row)) = rows.pop_front().or_else(|| long.pop_front()) {
+            left -= row.len() as f64;
+            if left < 0.0 {
+                undecided.extend(row.into_iter().map(|(_, piece)| piece));
+                continue;
             }
             let mut next = Vec::new();
-            for row in open.chunk_by(|(_, left), (_, right)| left[1] == right[0]) {
-                // Where nothing can be decided shall not take the time of all others.
-                if row.len() > MOST_IN_A_ROW || left < 0.0 {
-                    undecided.extend(row.iter().map(|(_, piece)| piece.clone()));
+            for (narrowest, piece) in row {
+                if self.sample(&piece, None).is_some_and(is_decided)
+                    || depth > NARROWEST && narrowest != AT_ENDS && is_lost(&piece)
+                {
                     continue;
                 }
-                left -= row.len() as f64;
-                for (narrowest, piece) in row {
-                    if self.sample(piece, None).is_some_and(is_decided)
-                        || depth > NARROWEST && *narrowest != AT_ENDS && is_lost(piece)
-                    {
-                        continue;
-                    }
-                    if depth >= *narrowest {
-                        narrow.push(piece.clone());
-                        continue;
-                    }
-                    let half = middle(piece);
-                    next.extend([[piece[0].clone(), half.clone()], [half, piece[1].clone()]].map(|own| {
-                        let is_at_end = own[0].is_zero() || own[1].is_one();
-                        let behind =
-                            if *narrowest == AT_ENDS { NARROWEST.max(depth + 1 + BEHIND_ENDS) } else { *narrowest };
-                        (if is_at_end { AT_ENDS } else { behind }, own)
-                    }));
+                if depth >= narrowest {
+                    narrow.push(piece);
+                    continue;
                 }
+                let half = middle(&piece);
+                let [from, to] = piece;
+                next.extend([[from, half.clone()], [half, to]].map(|own| {
+                    let is_at_end = own[0].is_zero() || own[1].is_one();
+                    let behind = if narrowest == AT_ENDS { NARROWEST.max(depth + 1 + BEHIND_ENDS) } else { narrowest };
+                    (if is_at_end { AT_ENDS } else { behind }, own)
+                }));
             }
-            open = next;
+            for row in next.chunk_by(|(_, left), (_, right)| left[1] == right[0]) {
+                if row.len() > LONG_ROW { &mut long } else { &mut rows }.push_back((depth + 1, row.to_vec()));
+            }
         }
         (joined(narrow), joined(undecided))
     }
@@ -248,17 +262,22 @@ impl Search<'_> {
 
     fn sample_in<S: Enclosure>(&self, matrices: &Matrices<S>, piece: &Piece) -> Option<Sample> {
         let force = self.force(matrices, piece)?;
-        let [x, slope] = match self.system.force {
+        let rise = |[x, slope]: &[Complex<S>; 2]| x.re.mul(&slope.re).add(&x.im.mul(&slope.im)).to_ball();
+        let plain = || matrices.with_slope(&force, self.output);
+        let both = match self.system.force {
             Force::Unit(_) if piece[0] != piece[1] => {
                 let [omega, way] = &force.omega;
                 let center = omega.center();
                 let reach = omega.sub(&center);
-                let [x, slope] = matrices.with_slope_over([&center, &reach], &force.forces, self.output)?;
-                [x, slope.times(way)]
+                let over = matrices.with_slope_over([&center, &reach], &force.forces, self.output);
+                let over = over.map(|[x, slope]| [x, slope.times(way)]);
+                // Its bounds have the size of the largest response: where this one is tiny, elimination tells more.
+                let is_open = |own: &[Complex<S>; 2]| rise(own).contains_zero();
+                if over.as_ref().is_none_or(is_open) { plain().filter(|own| !is_open(own)).or(over)? } else { over? }
             }
-            _ => matrices.with_slope(&force, self.output)?,
+            _ => plain()?,
         };
-        let slope = x.re.mul(&slope.re).add(&x.im.mul(&slope.im)).to_ball();
+        let (slope, [x, _]) = (rise(&both), both);
         let square = axis(&x).map_or_else(|| x.square_of_modulus(), |axis| axis.part(&x).powi(2));
         let (x, square) = (Complex::new(x.re.to_ball(), x.im.to_ball()), square.to_ball());
         let is_usable = slope.is_finite() && square.is_finite();
