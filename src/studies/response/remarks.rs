@@ -57,7 +57,7 @@ impl Peaks {
         let more = self.undecided.len().saturating_sub(MOST);
         let more = if more > 0 { format!(" and at {more} more places") } else { String::new() };
         let message = format!("peaks of {} are not decided at {parameter} {}{more}", self.coordinate, named.join(", "));
-        let help = "a mode that the force does not excite or that does not move this coordinate looks like this without friction, and so does a frequency at which it rests; elsewhere none is missed";
+        let help = "without friction this happens at modes that the force does not excite or that do not move this coordinate; with many modes, a shorter range helps; elsewhere no peak is missed";
         (!named.is_empty()).then(|| Diagnostic::remark(message).with_help(help))
     }
 }
