@@ -3,7 +3,7 @@
 use librate_core::diagnostic::nearest;
 use librate_core::expr::{ExprId, Pool, UnboundSymbol};
 use librate_core::linearize::{self, LinearizeError, evaluate_closed};
-use librate_core::model::{self, Constant, Model, ModelError, Range, Settings, SymbolKind, Table, TableTexts};
+use librate_core::model::{self, Constant, Model, ModelError, Range, Settings, Table, TableTexts};
 use librate_core::number::Number;
 use librate_core::precision::Enclosure;
 use librate_core::span::Span;
@@ -87,11 +87,7 @@ pub(crate) fn table(text: &str, name: &str) -> Result<Table, (u64, String)> {
 
 /// That a parameter has no value, which is all that can be open where expressions of a model are compiled.
 pub(crate) fn missing(model: &Model, unbound: &UnboundSymbol) -> LinearizeError {
-    let number = match model.symbols.get(unbound.symbol) {
-        Some(SymbolKind::Parameter(number)) => number,
-        _ => usize::MAX,
-    };
-    linearize::missing_value(model, number)
+    linearize::missing_value(model, model.symbols.parameter(unbound.symbol).unwrap_or(usize::MAX))
 }
 
 /// An end of a range: a closed expression.

@@ -50,7 +50,7 @@ pub fn integrated(model: &Model) -> Cow<'_, Model> {
 /// one away.
 fn combinations(model: &mut Model, own: ExprId, others: impl Iterator<Item = ExprId>) -> Vec<Vec<(usize, ExprId)>> {
     let Model { pool, symbols, .. } = model;
-    let moves = |symbol| !matches!(symbols.get(symbol), Some(SymbolKind::Parameter(_)));
+    let moves = |symbol| symbols.parameter(symbol).is_none();
     let rows = symbols.velocity_slopes(pool, own);
     let mut all = vec![rows.clone()];
     for other in others {

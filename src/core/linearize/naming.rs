@@ -43,16 +43,13 @@ pub(super) fn axis_name(axis: usize) -> String {
 
 /// The families of these coordinates, which ascend.
 fn families<'a>(model: &'a Model, moved: &'a [usize]) -> impl Iterator<Item = &'a CoordinateFamily> {
-    model.families.iter().filter(|family| {
-        let inside = family.first..family.first + family.len();
-        moved.iter().any(|i| inside.contains(i))
-    })
+    model.families.iter().filter(|family| moved.iter().any(|i| family.range().contains(i)))
 }
 
 /// The axis, from 0, that all coordinates stand for, where all are components of vectors.
 fn common_axis(families: &[&CoordinateFamily], moved: &[usize]) -> Option<usize> {
     let mut axes = moved.iter().map(|i| {
-        let inside = |family: &&&CoordinateFamily| (family.first..family.first + family.len()).contains(i);
+        let inside = |family: &&&CoordinateFamily| family.range().contains(i);
         let family = families.iter().find(inside)?;
         let width = family.extents.last().filter(|_| family.extents.len() > 1)?;
         Some((i - family.first) % width)
@@ -78,7 +75,7 @@ fn parts(model: &Model, moved: &[usize], vectors: bool) -> String {
     let mut names: Vec<String> = Vec::new();
     let mut members = 0;
     for family in families(model, moved) {
-        let inside = family.first..family.first + family.len();
+        let inside = family.range();
         let own = moved.iter().filter(|i| inside.contains(i));
         // r[1,2] is a component of r[1].
         let member = |i: &usize| {

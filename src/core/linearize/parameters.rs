@@ -98,11 +98,8 @@ pub fn known_values(model: &Model) -> Substitution {
 
 /// The parameters in expressions, by number, ascending.
 pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
-    let number = |symbol: &Symbol| match model.symbols.get(*symbol) {
-        Some(SymbolKind::Parameter(number)) => Some(number),
-        Some(_) | None => None,
-    };
-    let mut found: Vec<usize> = model.pool.symbols_of(roots).iter().filter_map(number).collect();
+    let symbols = model.pool.symbols_of(roots).into_iter();
+    let mut found: Vec<usize> = symbols.filter_map(|symbol| model.symbols.parameter(symbol)).collect();
     found.sort_unstable();
     found
 }

@@ -5,7 +5,7 @@ use super::parameters::{known_values, put_exponents_in};
 use super::symbolic::{drags_at_rest, written_out};
 use super::{assemble::signed_terms, check_time, missing_value, steady};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
-use crate::model::{Model, SymbolKind};
+use crate::model::Model;
 use crate::order::Gather;
 
 /// Potential, forces and constraints of a model at rest, with the parameters at their values.
@@ -60,7 +60,7 @@ pub fn at_rest(mut model: Model, varying: &[usize]) -> Result<AtRest, LinearizeE
     values.extend(known_values(&model));
     let all = pool.substitute(&all, &values);
     for symbol in pool.symbols_of(&all) {
-        if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)
+        if let Some(number) = model.symbols.parameter(symbol)
             && !varying.contains(&number)
         {
             return Err(missing_value(&model, number));

@@ -10,7 +10,7 @@ use super::error::LinearizeError;
 use super::parameters::known_values;
 use super::symbolic::{drags_at_rest, instance};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
-use crate::model::{Constraint, Local, Model, SymbolKind, TermFamily};
+use crate::model::{Constraint, Local, Model, TermFamily};
 use crate::span::Span;
 
 /// Puts the rates of steady motions into all energies.
@@ -79,7 +79,7 @@ fn check_kept(
     let own = drags.iter().filter(|(at, _)| *at == coordinate);
     let parts: Vec<ExprId> = own.map(|(_, drag)| pool.neg(*drag)).collect();
     let force = pool.sum(&parts);
-    let moves = |symbol| matches!(symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
+    let moves = |symbol| symbols.coordinate(symbol).is_some();
     // What is no identity may hold for the values.
     let at_values = pool.substitute_one(force, &values);
     if pool.depends_on(force, &moves) || pool.is_zero(at_values) != ZeroVerdict::NonZero {
@@ -199,7 +199,7 @@ fn rate_beside(model: &Model, pool: &mut Pool, constraint: &Constraint, coordina
     let change = pool.sum(&changes);
     let rate = pool.div(change, other.1);
     let rate = pool.neg(rate);
-    let moves = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
+    let moves = |symbol| model.symbols.coordinate(symbol).is_some();
     let name = model.coordinates.at(other.0).name();
     (!pool.depends_on(rate, &moves)).then(|| format!("{name}' = {}", pool.display(rate)))
 }

@@ -272,11 +272,7 @@ impl Rotation {
 
     /// Whether nothing else is there that could turn.
     fn turns_all(&self, model: &Model) -> bool {
-        let turns = |family: &CoordinateFamily| {
-            let own = family.first..family.first + family.len();
-            own.into_iter().any(|i| self.partner.contains_key(&(i as u32)))
-        };
-        model.families.iter().all(turns)
+        model.families.iter().all(|family| family.range().any(|i| self.partner.contains_key(&(i as u32))))
     }
 }
 
@@ -312,8 +308,7 @@ fn plain_spaces(model: &Model) -> impl Iterator<Item = Vec<Vec<usize>>> {
     let mut lengths: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
     for family in &model.families {
         if family.extents.len() <= 1 {
-            let all = (family.first..family.first + family.len()).collect();
-            lengths.entry(family.len()).or_default().push(all);
+            lengths.entry(family.len()).or_default().push(family.range().collect());
         }
     }
     lengths.into_values()

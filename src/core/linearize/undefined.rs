@@ -14,7 +14,7 @@ use super::symbolic::instance;
 use super::units::start;
 use super::velocity::VelocityFamily;
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
-use crate::model::{Given, Model, SymbolKind, TermFamily};
+use crate::model::{Given, Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big, Scalar};
 
@@ -253,8 +253,7 @@ impl<'a> Scene<'a> {
             };
             // A parameter defined through others: one of those, or its definition, is to blame.
             let symbol = self.names.get(&symbol).map_or(Some(symbol), |name| self.pool.as_symbol(*name))?;
-            let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(symbol) else { return None };
-            let parameter = self.model.parameters.get(number)?;
+            let parameter = self.model.parameters.get(self.model.symbols.parameter(symbol)?)?;
             if self.pool.as_symbol(parameter.symbolic) == Some(symbol) {
                 return Some(format!("{through}the value of `{}` is no number, or beyond all range", parameter.name));
             }
@@ -287,7 +286,7 @@ impl<'a> Scene<'a> {
         if let Some(number) = self.numbers.get(&symbol) {
             return Some(number.clone());
         }
-        let SymbolKind::Parameter(number) = self.model.symbols.get(symbol)? else { return None };
+        let number = self.model.symbols.parameter(symbol)?;
         evaluate_closed(&self.model.pool, self.model.parameters.get(number)?.value?, BITS)
     }
 
@@ -365,10 +364,7 @@ impl<'a> Scene<'a> {
     fn moves(&mut self, e: ExprId) -> bool {
         let e = self.named(e);
         let symbols = self.pool.symbols_of(&[e]);
-        symbols.iter().any(|symbol| {
-            let kind = self.model.symbols.get(*symbol);
-            matches!(kind, Some(SymbolKind::Coordinate(_)))
-        })
+        symbols.iter().any(|symbol| self.model.symbols.coordinate(*symbol).is_some())
     }
 
     /// In the names of the file.

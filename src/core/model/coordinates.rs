@@ -219,6 +219,12 @@ impl Symbols {
         if let Some(SymbolKind::Velocity(number)) = self.get(symbol) { Some(number) } else { None }
     }
 
+    /// The number of the parameter that a symbol is.
+    #[must_use]
+    pub fn parameter(&self, symbol: Symbol) -> Option<usize> {
+        if let Some(SymbolKind::Parameter(number)) = self.get(symbol) { Some(number) } else { None }
+    }
+
     /// The derivatives by the coordinates, by their numbers, those that are not 0.
     pub fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
         numbered_slopes(pool, e, |symbol| self.coordinate(symbol))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::ModelError;
 use super::assume::Assumption;
-use super::names::{SymbolKind, World};
+use super::names::World;
 use crate::expr::{Exponentials, ExprId, Symbol, evaluate_closed};
 use crate::number::Number;
 use crate::precision::Big;
@@ -41,7 +41,7 @@ impl World {
     }
 
     fn is_parameter(&self, symbol: Symbol) -> bool {
-        matches!(self.kinds.get(symbol), Some(SymbolKind::Parameter(_)))
+        self.kinds.parameter(symbol).is_some()
     }
 
     /// Whether an expression is 0: by its form, or by values and assumptions of the parameters.

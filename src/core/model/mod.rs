@@ -98,6 +98,12 @@ impl CoordinateFamily {
         self.extents.iter().product()
     }
 
+    /// The numbers of its coordinates.
+    #[must_use]
+    pub fn range(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.len()
+    }
+
     /// Whether an index runs over nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -356,8 +356,7 @@ impl World {
         }
         let mut values = Substitution::default();
         for symbol in symbols {
-            let Some(SymbolKind::Parameter(number)) = self.kinds.get(symbol) else { return None };
-            values.insert(symbol, self.parameters[number].value?);
+            values.insert(symbol, self.parameters[self.kinds.parameter(symbol)?].value?);
         }
         self.pool.substitute(&[e], &values).first().copied()
     }

@@ -134,7 +134,7 @@ impl Elaborator<'_> {
 
     /// Whether components depend on coordinates and on no velocity.
     fn is_place(&self, position: &[ExprId]) -> bool {
-        let moves = |symbol| matches!(self.world.kinds.get(symbol), Some(SymbolKind::Coordinate(_)));
+        let moves = |symbol| self.world.kinds.coordinate(symbol).is_some();
         self.rests(position) && self.world.pool.symbols_of(position).into_iter().any(moves)
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::coordinates::Symbols;
 use super::elaborate::Elaborator;
-use super::names::{SymbolKind, World};
+use super::names::World;
 use super::terms::{Local, TermFamily};
 use super::{Constraint, Model};
 use crate::expr::{Exponentials, ExprId, Node, Pool, Substitution, Symbol};
@@ -45,7 +45,7 @@ impl Elaborator<'_> {
 
 /// Whether a term is in the symbols of the coordinates themselves, so that it may be added to others of this kind.
 fn is_single(kinds: &Symbols, family: &TermFamily) -> bool {
-    let shared = |local: &Local| matches!(kinds.get(local.coordinate), Some(SymbolKind::Coordinate(_)));
+    let shared = |local: &Local| kinds.coordinate(local.coordinate).is_some();
     family.count == 1 && family.values.is_empty() && family.locals.iter().all(shared)
 }
 

@@ -238,8 +238,8 @@ fn inertia_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     let is_still = |at: &usize| placed[*at] && !moving[*at];
     let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));
     let name = model.families.iter().find_map(|family| {
-        let still = (family.first..family.first + family.len()).find(is_still)?;
-        let alone = (family.first..family.first + family.len()).any(|at| moving[at]);
+        let still = family.range().find(is_still)?;
+        let alone = family.range().any(|at| moving[at]);
         Some(if alone { model.coordinates.at(still).name() } else { family.name.clone() })
     });
     let span = file.expr(root).span;
@@ -311,7 +311,7 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
     }
     let mut found = Vec::new();
     for family in &model.families {
-        let members = family.first..family.first + family.len();
+        let members = family.range();
         let free: Vec<usize> = members.filter(|at| !bound[*at]).collect();
         let is_whole = free.len() == family.len();
         found.extend(free.into_iter().take(if is_whole { 1 } else { usize::MAX }).map(|at| {

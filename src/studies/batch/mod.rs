@@ -101,7 +101,7 @@ use librate_core::precision::LANES;
 use librate_core::diagnostic::nearest;
 use librate_core::expr::{ExprId, Pool, Symbol, UnboundSymbol};
 use librate_core::linearize::{Parametric, parametric};
-use librate_core::model::{Model, SymbolKind};
+use librate_core::model::Model;
 
 /// Whether errors are bounded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -292,10 +292,7 @@ fn independent(model: &Model, number: usize) -> Result<(), StudyError> {
     if model.pool.as_symbol(parameter.symbolic) == Some(parameter.symbol) {
         return Ok(());
     }
-    let name_of = |symbol: &Symbol| match model.symbols.get(*symbol) {
-        Some(SymbolKind::Parameter(other)) => Some(model.parameters[other].name.clone()),
-        _ => None,
-    };
+    let name_of = |symbol: &Symbol| Some(model.parameters[model.symbols.parameter(*symbol)?].name.clone());
     let on: Vec<String> = model.pool.symbols_of(&[parameter.symbolic]).iter().filter_map(name_of).collect();
     if on.is_empty() { Err(StudyError::SetsRange { name }) } else { Err(StudyError::Dependent { name, on }) }
 }

@@ -45,7 +45,7 @@ fn members(name: &str, model: &Model) -> Result<Vec<usize>, EquilibriaError> {
         return Ok(vec![at]);
     }
     if let Some(family) = model.families.iter().find(|family| family.name == name) {
-        return Ok((family.first..family.first + family.len()).collect());
+        return Ok(family.range().collect());
     }
     let families: Vec<String> = model.families.iter().map(|family| family.name.clone()).collect();
     let mut known: Vec<String> = families.iter().cloned().chain(model.coordinates.names()).collect();

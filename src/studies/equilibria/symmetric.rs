@@ -102,7 +102,7 @@ fn signed(side: &Interval, turned: bool) -> Interval {
 pub(super) type Place = (usize, Vec<usize>);
 
 pub(super) fn place(model: &Model, coordinate: usize) -> Place {
-    let holds = |own: &CoordinateFamily| (own.first..own.first + own.len()).contains(&coordinate);
+    let holds = |own: &CoordinateFamily| own.range().contains(&coordinate);
     let Some(family) = model.families.iter().position(holds) else { return (usize::MAX, Vec::new()) };
     let own = &model.families[family];
     let mut rest = coordinate - own.first;

@@ -8,7 +8,7 @@ use crate::flow::{Equations, solved};
 use crate::mechanics::{Mechanics, row};
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use librate_core::linearize::{known_values, missing_value, signed_terms};
-use librate_core::model::{Model, SymbolKind};
+use librate_core::model::Model;
 use librate_core::number::Number;
 use librate_core::precision::Function;
 use librate_core::span::Span;
@@ -90,7 +90,7 @@ impl Driven {
         let mut roots = self.expressions();
         roots.push(self.period.0);
         for symbol in self.pool.symbols_of(&roots) {
-            if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)
+            if let Some(number) = model.symbols.parameter(symbol)
                 && !open.contains(&number)
             {
                 return Err(FloquetError::Linearize(missing_value(model, number)));
@@ -249,8 +249,7 @@ fn suggested_period(model: &Model) -> Option<String> {
         if pool.as_number(own).is_some_and(Number::is_zero) {
             continue;
         }
-        let is_parameter = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)));
-        let constant = pool.symbols_of(&[own]).into_iter().all(is_parameter);
+        let constant = pool.symbols_of(&[own]).into_iter().all(|symbol| model.symbols.parameter(symbol).is_some());
         if !constant || rate.is_some_and(|other| other != own) {
             return None;
         }

@@ -33,7 +33,7 @@ pub use warning::{Warning, warnings};
 use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::{Pool, Substitution, Symbol};
 use librate_core::linearize;
-use librate_core::model::{self, Constant, Model, SymbolKind, Tensor};
+use librate_core::model::{self, Constant, Model, Tensor};
 use librate_core::precision::Big;
 use librate_core::span::Span;
 use principal::{Exact, bigs};
@@ -199,6 +199,5 @@ fn square<T>(mut entry: impl FnMut(usize, usize) -> T) -> [[T; 3]; 3] {
 }
 
 fn parameter(model: &Model, symbol: Symbol) -> Option<&model::Parameter> {
-    let SymbolKind::Parameter(number) = model.symbols.get(symbol)? else { return None };
-    model.parameters.get(number)
+    model.parameters.get(model.symbols.parameter(symbol)?)
 }

@@ -12,7 +12,7 @@ use crate::floquet::motion::values;
 use crate::mechanics::Mechanics;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
 use librate_core::linearize::{Linearized, all_terms, bodies, missing_value, signed_terms};
-use librate_core::model::{Model, SymbolKind, TermFamily};
+use librate_core::model::{Model, TermFamily};
 use librate_core::number::Number;
 use librate_core::order::Gather;
 use librate_core::precision::{Complex, Enclosure, Function};
@@ -149,7 +149,7 @@ fn rate(
     }
     let named = |symbol| symbol == model.parameters[parameter].symbol;
     let is_open = |(_, value): &&(ExprId, ExprId)| pool.depends_on(*value, &named);
-    let constant = |symbol| !matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)));
+    let constant = |symbol| model.symbols.parameter(symbol).is_none();
     match rates.as_slice() {
         [] => {}
         [own] if pool.depends_on(own.1, &constant) => {}
@@ -278,9 +278,9 @@ impl Averaged {
         }
         inputs.extend(&coordinates);
         let tape =
-            Tape::compile(&pool, &roots, &inputs).map_err(|unbound| match model.symbols.get(unbound.symbol) {
-                Some(SymbolKind::Parameter(number)) => ResponseError::Linearize(missing_value(model, number)),
-                _ => ResponseError::NotHarmonic { reason: "its force has no value".to_owned(), span },
+            Tape::compile(&pool, &roots, &inputs).map_err(|unbound| match model.symbols.parameter(unbound.symbol) {
+                Some(number) => ResponseError::Linearize(missing_value(model, number)),
+                None => ResponseError::NotHarmonic { reason: "its force has no value".to_owned(), span },
             })?;
         Ok(Drive { coordinates: driven, tape, pool, rate, parameter: model.parameters[parameter].symbol })
     }
