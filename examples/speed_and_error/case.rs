@@ -10,7 +10,6 @@ use librate::precision::{Ball, Big};
 use librate::syntax::{StatementKind, parse};
 use librate_core::modes::{PreciseProblem, Problem, Source};
 use librate_core::number::gcd64;
-use librate_core::precision::Factors;
 use serde_json::Value;
 
 use super::judge;
@@ -86,20 +85,9 @@ pub(crate) enum Origin {
 /// Matrices of doubles, taken as exact.
 pub(crate) struct Exact {
     pub(crate) problem: Problem,
-    squares: Vec<Square>,
 }
 
 impl Source for Exact {
-    fn factors(&self) -> Option<Factors> {
-        let row = |square: &Square| {
-            let root = Ball::exact(square.weight).sqrt();
-            let entries = square.entries.iter();
-            let entries = entries.map(|&(place, x)| (place, root * Ball::exact(x)));
-            (true, entries.collect())
-        };
-        (!self.squares.is_empty()).then(|| Factors { rows: self.squares.iter().map(row).collect(), rest: Vec::new() })
-    }
-
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
         let all = |a: &[Ball]| a.iter().map(|x| Big::from_ball(x, bits)).collect();
         Some(PreciseProblem {
@@ -197,9 +185,9 @@ impl Case {
             texts: (n <= MANY_DIGITS).then(|| [text(&mass), text(&stiffness)]),
             mass,
             stiffness,
-            squares: Some(squares.clone()),
+            squares: Some(squares),
             known,
-            origin: Origin::Matrices(Box::new(Exact { problem, squares })),
+            origin: Origin::Matrices(Box::new(Exact { problem })),
         }
     }
 }

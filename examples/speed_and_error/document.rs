@@ -174,11 +174,9 @@ fn choice(report: &Report) -> String {
          Where: more digits are wanted than the first vectors are good for, or modes are so close together that doubles mix their shapes.\n\
          3. **Full double-double.** M has no Cholesky factor in doubles, or what it gives is of no use: \
          factor and reduction in double-double. Where: coordinates almost without mass, M nearly singular.\n\
-         4. **Jacobi on the factor.** Adding up K has lost what is soft beside what is stiff, and no solver can find it again. \
-         K is known as a sum of squares, one an element: one-sided Jacobi rotations of the factor, and energies in place \
-         of entries. Where: entries of K in double-double do not hold the soft springs to the digits that are asked for.\n\
-         5. **Arbitrary precision.** M, K and the equilibrium from the exact expressions once more, with as many bits as the \
-         missing digits take, for the modes that miss them. Where: more digits than double-double has, or whatever is beyond all the others.\n\n",
+         4. **Arbitrary precision.** M, K and the equilibrium from the exact expressions once more, with as many bits as the \
+         missing digits take, for the modes that miss them. Where: more digits than double-double has, entries of K that do not hold \
+         soft springs beside stiff ones, or whatever is beyond all the others.\n\n",
     );
     let _ = writeln!(
         out,
@@ -188,13 +186,8 @@ fn choice(report: &Report) -> String {
         jacobi_cost(report),
         report.measured.len()
     );
-    let levels = [
-        PrecisionLevel::Doubles,
-        PrecisionLevel::Refined,
-        PrecisionLevel::DoubleDouble,
-        PrecisionLevel::Factors,
-        PrecisionLevel::Precise,
-    ];
+    let levels =
+        [PrecisionLevel::Doubles, PrecisionLevel::Refined, PrecisionLevel::DoubleDouble, PrecisionLevel::Precise];
     let answered = |label: &str, level: PrecisionLevel| {
         let all = report.measured.iter().filter_map(|m| m.of(label)?.certified.as_ref());
         all.filter(|certified| certified.level == level).count().to_string()

@@ -17,7 +17,6 @@ mod massless;
 mod matrix_market;
 mod models;
 mod modes;
-mod modes_factored;
 mod modes_precise;
 mod modes_properties;
 #[cfg(feature = "engine")]

@@ -266,6 +266,32 @@ fn pencil() -> impl Strategy<Value = (Exact, Exact)> {
     })
 }
 
+/// Masses, and springs between any two of them or a mass and the wall, over forty decades: entries of K lose what is soft.
+fn network() -> impl Strategy<Value = (Exact, Exact)> {
+    let spring = (0..6usize, 0..6usize, -20..20i32, any::<bool>());
+    let walls = proptest::collection::vec((-6..6i32, -20..20i32), 2..6);
+    (walls, proptest::collection::vec(spring, 0..6)).prop_map(|(walls, springs)| {
+        let n = walls.len();
+        let powers =
+            |of: &dyn Fn(&(i32, i32)) -> i32| walls.iter().map(|own| power_of_ten(of(own))).collect::<Vec<_>>();
+        let (m, mut k) = (diagonal(&powers(&|own| own.0)), diagonal(&powers(&|own| own.1)));
+        for (i, j, exponent, pushes) in springs {
+            let (i, j) = (i % n, j % n);
+            if i != j {
+                let strength = power_of_ten(exponent);
+                let strength = if pushes && exponent < -10 { -strength } else { strength };
+                for (row, column) in [(i, i), (j, j)] {
+                    k[row][column] += &strength;
+                }
+                for (row, column) in [(i, j), (j, i)] {
+                    k[row][column] -= &strength;
+                }
+            }
+        }
+        (m, k)
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(), max_shrink_iters: 100, failure_persistence: None, ..Default::default() })]
 
@@ -277,6 +303,14 @@ proptest! {
         } else {
             // Only what is singular.
             prop_assert_eq!(count_below(&m, &k, &RBig::ZERO).1 > 0, true);
+        }
+    }
+
+    #[test]
+    fn graded_networks((m, k) in network(), digits in 10..16usize) {
+        let (spectrum, _) = solved_precisely(&m, &k, &[], &with_digits(digits));
+        if count_below(&m, &k, &RBig::ZERO).1 == 0 {
+            check_printed(&m, &k, &spectrum, digits);
         }
     }
 }

@@ -1,16 +1,14 @@
 //! Refinement, from doubles upwards until every digit that is wanted is covered.
 //!
 //! The same loop at every precision level: measure the columns, enclose all eigenvalues, refine the columns. Large
-//! problems start with products of doubles (`quick`), small ones with double-double; where entries
-//! have lost what is wanted the energies are asked for (`factored`).
+//! problems start with products of doubles (`quick`), small ones with double-double.
 
 use super::certify::{Cluster, Couplings, certify};
 use super::dense::Matrix;
-use super::factored::Factored;
 use super::pencil::{Enclosed, Pencil, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::{Quick, Round};
 use super::start::{Factor, Failure, careful_eigenvectors};
-use super::{ModesError, Options, PrecisionLevel, Source, refine, shape};
+use super::{ModesError, Options, PrecisionLevel, refine, shape};
 use crate::precision::{Ball, Big, DoubleDouble};
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
@@ -28,9 +26,6 @@ fn slices(n: usize) -> usize {
 
 /// Slices that leave all of a double-double.
 const ALL_SLICES: usize = 3;
-
-/// Columns that give so many digits are not what keeps others away.
-const SOME_DIGITS: usize = 10;
 
 /// How accurate shapes have to be, in length: they have as many digits as frequencies, but doubles hold no more than
 /// these.
@@ -155,13 +150,7 @@ pub(super) fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> Mode
 }
 
 /// From doubles upwards until every digit that is wanted is covered, or nothing improves any more.
-pub(super) fn refined(
-    scaled: &Scaled,
-    zero: &ZeroSpace,
-    source: &dyn Source,
-    options: &Options,
-) -> Result<Solution, ModesError> {
-    let mut rounds = Rounds { scaled, zero, options, best: None };
+pub(super) fn refined(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solution, ModesError> {
     let (mut x, careful) = first(scaled, &zero.mid)?;
 
     let mut level = if careful { PrecisionLevel::DoubleDouble } else { PrecisionLevel::Doubles };
@@ -171,92 +160,55 @@ pub(super) fn refined(
             Err(better) => (x, level) = (better, PrecisionLevel::Refined),
         }
     }
-    let outcome = rounds.run(None, x, level);
-    let failed = outcome.map_or_else(Some, |is_covered| (!is_covered).then_some(ModesError::NoConvergence));
-    // The same once more with energies in place of entries.
-    if failed.is_some()
-        && let Some(factors) = source.factors()
-    {
-        let factored = Factored::new(scaled, &factors)?;
-        // Columns that are good enough for some digits may be so for all, and only the entries not.
-        let some = options.clone().digits(options.digits.min(SOME_DIGITS));
-        let good = rounds.best.as_ref().map(|(_, solution)| solution);
-        let good = good.filter(|solution| covered(&solution.certificate, &some));
-        if let Some(x) = good.map(|solution| solution.x.clone())
-            && let Ok(true) = rounds.run(Some(&factored), x, PrecisionLevel::Factors)
-            && let Some((_, solution)) = rounds.best
-        {
-            return Ok(solution);
-        }
-        let columns = scaled.n - zero.mid.columns;
-        let start = factored.singular_vectors(scaled, columns);
-        let x = match (start, &rounds.best) {
-            (Some(x), _) => x,
-            (None, Some((_, solution))) => solution.x.clone(),
-            (None, None) => self::careful(scaled, &zero.mid)?,
+    let mut best = None;
+    let outcome = rounds(scaled, zero, options, (x, level), &mut best);
+    best.map(|(_, solution)| solution).ok_or(outcome.err().unwrap_or(ModesError::NoConvergence))
+}
+
+/// Refines columns in double-double until everything that is wanted is covered or nothing is gained; `best` are the best so far, with
+/// their score.
+fn rounds(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    options: &Options,
+    (mut x, mut level): (Matrix, PrecisionLevel),
+    best: &mut Option<(f64, Solution)>,
+) -> Result<(), ModesError> {
+    let mut before = f64::INFINITY;
+    for round in 0..=ROUNDS {
+        let pencil = pencil(scaled, zero, &x);
+        let certificate = couplings(&pencil).and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
+        let Some(certificate) = certificate else {
+            if before.is_finite() {
+                break;
+            }
+            if round == ROUNDS {
+                return Err(unproved(scaled, &pencil, &x));
+            }
+            if level >= PrecisionLevel::DoubleDouble {
+                x = refine::refine(&pencil, zero, &x);
+            } else {
+                level = PrecisionLevel::DoubleDouble;
+                x = careful(scaled, &zero.mid)?;
+            }
+            continue;
         };
-        // What has been found so far still stands if this finds nothing.
-        let _ = rounds.run(Some(&factored), x, PrecisionLevel::Factors);
-    }
-    rounds.best.map(|(_, solution)| solution).ok_or(failed.unwrap_or(ModesError::NoConvergence))
-}
-
-/// The best columns so far, with their score.
-struct Rounds<'a> {
-    scaled: &'a Scaled,
-    zero: &'a ZeroSpace,
-    options: &'a Options,
-    best: Option<(f64, Solution)>,
-}
-
-impl Rounds<'_> {
-    /// Refines from x on, in double-double; whether everything that is wanted is covered.
-    fn run(
-        &mut self,
-        factored: Option<&Factored>,
-        mut x: Matrix,
-        mut level: PrecisionLevel,
-    ) -> Result<bool, ModesError> {
-        let (scaled, zero, options) = (self.scaled, self.zero, self.options);
-        let (mut before, mut idle) = (f64::INFINITY, 0);
-        for round in 0..=ROUNDS {
-            let pencil = pencil(scaled, factored, zero, &x);
-            let certificate =
-                couplings(&pencil).and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
-            let Some(certificate) = certificate else {
-                if before.is_finite() {
-                    break;
-                }
-                if round == ROUNDS {
-                    return Err(unproved(scaled, &pencil, &x));
-                }
-                if level >= PrecisionLevel::DoubleDouble {
-                    x = refine::refine(&pencil, zero, &x);
-                } else {
-                    level = PrecisionLevel::DoubleDouble;
-                    x = careful(scaled, &zero.mid)?;
-                }
-                continue;
-            };
-            let satisfied = satisfied(&certificate, options, round);
-            let score = score(&certificate, options);
-            let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
-            // Less than a few bits gained in all: double-double has nothing more to give. Graded
-            // problems may lose a little first, while clusters are taken apart.
-            idle = if score > before - 4.0 { idle + 1 } else { 0 };
-            let stuck = idle > usize::from(factored.is_some());
-            before = before.min(score);
-            if satisfied || self.best.as_ref().is_none_or(|(best, _)| score <= *best) {
-                let solution = Solution::new(x, Gram::Entries(pencil.g), pencil.leak, certificate, level);
-                self.best = Some((score, solution));
-            }
-            match next {
-                Some(next) if !stuck => (x, level) = (next, level.max(PrecisionLevel::Refined)),
-                _ => return Ok(satisfied),
-            }
+        let satisfied = satisfied(&certificate, options, round);
+        let score = score(&certificate, options);
+        let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
+        // Less than a few bits gained in all: double-double has nothing more to give.
+        let stuck = score > before - 4.0;
+        before = before.min(score);
+        if satisfied || best.as_ref().is_none_or(|(best, _)| score <= *best) {
+            let solution = Solution::new(x, Gram::Entries(pencil.g), pencil.leak, certificate, level);
+            *best = Some((score, solution));
         }
-        Ok(false)
+        match next {
+            Some(next) if !stuck => (x, level) = (next, level.max(PrecisionLevel::Refined)),
+            _ => break,
+        }
     }
+    Ok(())
 }
 
 /// The level of doubles: as long as refinement gains something. Where not everything that is wanted is covered, columns that

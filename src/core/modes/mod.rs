@@ -6,7 +6,7 @@
 //! with error bounds, in products of doubles where the problem is large (`quick`), else in
 //! double-double (`pencil`), enclosures of all eigenvalues (`certify`); where
 //! they do not cover the wanted digits, or eigenvalues are not separated, better eigenvectors
-//! (`refine`) and again; then with the stiffness as a sum of squares (`factored`). Where double-double has no more to give, the same loop goes on with matrices
+//! (`refine`) and again. Where double-double has no more to give, the same loop goes on with matrices
 //! and columns of as many bits as it takes (`precise`).
 //!
 //! It never sees a name or an expression, and never takes something small for zero: a zero mode
@@ -15,7 +15,6 @@
 mod certify;
 mod dense;
 pub mod exponents;
-mod factored;
 mod image;
 mod levels;
 mod pencil;
@@ -33,7 +32,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::precision::{Ball, Big, Enclosure, Factors, Function, Rounding};
+use crate::precision::{Ball, Big, Enclosure, Function, Rounding};
 use crate::worded;
 
 use dense::Matrix;
@@ -185,8 +184,6 @@ PrecisionLevel {
     /// Cholesky factor of M and reduction of K in double-double from the start: M is not positive definite in
     /// doubles, or their eigenvectors are of no use.
     DoubleDouble "full double-double",
-    /// One-sided Jacobi rotations of the stiffness as a sum of squares, and energies in place of entries.
-    Factors "Jacobi on the factor",
     /// As many bits as it takes; only the modes that need it have [`Mode::precise`].
     Precise "arbitrary precision",
 }
@@ -342,11 +339,6 @@ pub enum ModesError {
 /// Everything must describe the same exact matrices as [`Problem`] does. Nothing is asked for that is
 /// not needed.
 pub trait Source {
-    /// The stiffness matrix as a sum of squares, if it is known as one.
-    fn factors(&self) -> Option<Factors> {
-        None
-    }
-
     /// Both matrices with entries of so many bits, and the zero vectors, in the same order: for more
     /// digits than double-double has, or problems that are too ill-conditioned for it.
     fn precisely(&self, _bits: usize) -> Option<PreciseProblem> {

@@ -5,7 +5,6 @@ use faer::{Mat, Par};
 
 use super::certify::Couplings;
 use super::dense::{Matrix, Plain};
-use super::factored::Factored;
 use super::product::{Part, TERM, bound_product, measured_product, product, product_bound};
 use super::start::{NOISE, cholesky};
 use super::{ModesError, Problem, Which};
@@ -43,7 +42,7 @@ impl Scaled {
             let k = problem.stiffness[column * n + row].mid.hi;
             (k != 0.0).then(|| exponent_of(k) + shift[row] + shift[column])
         });
-        // Even, so that factors of K can be scaled by its root.
+        // Even, so that frequencies can be scaled by its root.
         let power = sizes.max().unwrap_or(0) & !1;
         Ok(Self {
             n,
@@ -193,12 +192,6 @@ impl Enclosed {
         })
     }
 
-    /// Whether nothing is left of the matrix but uncertainty.
-    pub(super) fn is_negligible(&self) -> bool {
-        let n = self.mid.rows;
-        (0..n).all(|column| self.mid.hi.column(column).iter().all(|x| x.abs() < 1e-25))
-    }
-
     /// The transpose times a vector of balls, as balls.
     pub(super) fn transpose_times(&self, x: &[Ball]) -> Vec<Ball> {
         let product = |row: usize| {
@@ -322,16 +315,14 @@ impl ZeroSpace {
 
 /// The pencil of the problem in the columns of x, with the zero vectors taken out.
 ///
-/// The stiffness is taken from its factors where these are given.
-///
 /// Zero vectors: for Z in the kernel of K and X' = X - Z (ZᵀMZ)⁻¹ ZᵀMX, which is M-orthogonal to Z,
 /// X'ᵀKX' = XᵀKX exactly, and X'ᵀMX' = XᵀMX - R with R = (ZᵀMX)ᵀ (ZᵀMZ)⁻¹ (ZᵀMX). With r_i the length of
 /// column i of ZᵀMX and ‖ZᵀMZ - 1‖ <= f < 1, |R_ij| <= r_i r_j / (1 - f). So the pencil of X with R
 /// added to the radii is the exact pencil of the M-orthogonal complement of the zero vectors.
-pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroSpace, x: &Matrix) -> Pencil {
+pub(super) fn pencil(problem: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Pencil {
     let m = x.columns;
     let xt = x.transposed();
-    let s = factored.map_or_else(|| problem.stiffness.congruent(x, &xt), |factored| factored.form(x));
+    let s = problem.stiffness.congruent(x, &xt);
     let mut g = problem.mass.congruent(x, &xt);
     let z = zero.mid.columns;
     let mut leak = vec![0.0; m];

@@ -21,7 +21,7 @@ use crate::modes::{
     self, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source, Spectrum,
     Stability,
 };
-use crate::precision::{Ball, Big, Factors, Scalar, SparseMatrix, quadratic_form};
+use crate::precision::{Ball, Big, Scalar, SparseMatrix, quadratic_form};
 
 /// Shapes that nobody asked for are made for at most so many coordinates.
 const MOST_SHAPES_FOR_CLASSES: usize = 600;
@@ -380,10 +380,6 @@ struct Model<'a> {
 }
 
 impl Source for Model<'_> {
-    fn factors(&self) -> Option<Factors> {
-        self.linearized.factors()
-    }
-
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
         let precise = self.linearized.precisely(bits)?;
         let zero_modes = self.linearized.precise_zero_modes(&precise, self.zero_modes)?;

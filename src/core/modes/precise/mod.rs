@@ -49,7 +49,7 @@ pub(super) struct Precisely<'a> {
 impl Precisely<'_> {
     /// The outcome of the precision levels below, or a better one where digits are missing or there is none.
     fn covering(self, options: &Options) -> Result<Solution, ModesError> {
-        let below = |options: &Options| refined(self.scaled, self.zero, self.source, options);
+        let below = |options: &Options| refined(self.scaled, self.zero, options);
         let few = options.lowest.is_some_and(|wanted| FEW * wanted <= self.scaled.n);
         if few
             && options.digits >= MANY
@@ -284,7 +284,7 @@ impl Background {
             let (quotients, couplings, leak) = (round.quotient.clone(), round.couplings(), round.leak.clone());
             return Some(Self { x, quotients, couplings, leak, g });
         }
-        let pencil = pencil(scaled, None, zero, &x);
+        let pencil = pencil(scaled, zero, &x);
         let (quotients, couplings) = couplings(&pencil)?;
         Some(Self { x, quotients, couplings, leak: pencil.leak, g: pencil.g })
     }
