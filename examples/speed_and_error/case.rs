@@ -140,13 +140,10 @@ impl Case {
             let text = |a: &[Big]| a.iter().map(|x| x.decimal(DIGITS).text).collect();
             texts = Some([text(&precise.mass), text(&precise.stiffness)]);
         }
-        let factors = linearized.factors().ok_or("the model has constraints")?;
-        let stressed = factors.rest.iter().any(|x| x.mid_f64() != 0.0);
-        let positive = factors.rows.iter().all(|(positive, _)| *positive);
-        let squares = (!stressed && positive).then(|| {
-            let entry = |(place, x): &(usize, Ball)| (*place, x.mid_f64());
-            let square = |row: &Vec<(usize, Ball)>| Square { weight: 1.0, entries: row.iter().map(entry).collect() };
-            factors.rows.iter().map(|(_, row)| square(row)).collect()
+        let squares = linearized.squares().map(|squares| {
+            let entry = |(place, x): (usize, Ball)| (place, x.mid_f64());
+            let square = |own: Vec<_>| Square { weight: 1.0, entries: own.into_iter().map(entry).collect() };
+            squares.into_iter().map(square).collect()
         });
         let doubles = |a: Vec<Ball>| a.iter().map(Ball::mid_f64).collect();
         Ok(Self {

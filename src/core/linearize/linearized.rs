@@ -9,7 +9,7 @@ use super::{
     symbolic, velocity, zero,
 };
 use crate::model::{Given, Model};
-use crate::precision::{Ball, Factors, Integers, clear_column};
+use crate::precision::{Ball, Integers, clear_column};
 
 impl Linearized {
     /// The model.
@@ -244,14 +244,11 @@ impl Linearized {
         self.tangents().rev().fold(own, |(motion, error), tangent| tangent.embed(&motion, error))
     }
 
-    /// The stiffness matrix as a sum of squares, as far as it is one; `None` where coordinates follow others.
+    /// The vectors a whose squares a aᵀ the stiffness matrix is the sum of, as entries with their places; `None` where there are none, and
+    /// where coordinates follow others.
     #[must_use]
-    pub fn factors(&self) -> Option<Factors> {
-        if self.is_reduced() {
-            return None;
-        }
-        let at = &self.equilibrium.values;
-        Some(self.assembly.factors(at, &self.values))
+    pub fn squares(&self) -> Option<Vec<Vec<(usize, Ball)>>> {
+        if self.is_reduced() { None } else { self.assembly.squares(&self.equilibrium.values, &self.values) }
     }
 
     /// M and K as expressions.

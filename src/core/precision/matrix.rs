@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut};
 
-use super::{Ball, Complex, Scalar};
+use super::{Complex, Scalar};
 use crate::number::Number;
 
 /// What matrices are made of.
@@ -221,16 +221,4 @@ pub(crate) fn eliminate<T: Entry, R: PartialOrd>(
         pivots.push(column);
     }
     Eliminated { pivots, rows: order.into_iter().map(|row| std::mem::take(&mut rows[row])).collect() }
-}
-
-/// A symmetric matrix as a sum of squares: Σ ± a aᵀ + rest.
-///
-/// Adding up a stiffness loses soft springs beside stiff ones; the vectors a = √|k| ∇s keep them. The rest holds
-/// what is no square: w·phi'·∇∇s of elements under tension, and elements whose sign is not decided.
-#[derive(Clone, Debug, Default)]
-pub struct Factors {
-    /// For each square whether it is counted positive, and the entries of a with their places.
-    pub rows: Vec<(bool, Vec<(usize, Ball)>)>,
-    /// The rest, n by n, column by column; empty where there is none.
-    pub rest: Vec<Ball>,
 }
