@@ -274,6 +274,15 @@ fn series_and_limits_of_exponents_have_their_values() {
         let want = squares.map(f64::sqrt).map(|omega| [(0.0, omega), (0.0, -omega)]).concat();
         is_near(&found, &want, e.powi(order as i32 + 1).max(1e-12));
     }
+    // ω = e √(k (k + h)/(9 + 2 k + 2 h)) + …, where a factor 0 hides what is divided by 0.
+    let mut own = page(
+        "param k = 1/2, h = 5, e = 2  coord x, y
+         lagrangian = x'^2 + 1/2*y'^2 + 3/2*(x*y' - y*x') - 1/2*k*e^2*x^2 - 1/2*(k + h)*y^2",
+    );
+    own.expand("e", 1);
+    let (slow, fast) = (1e-6 * (0.5 * 5.5 / 20.0_f64).sqrt(), 10.0_f64.sqrt());
+    let found = exponents(&own, &[("k", 0.5), ("h", 5.0), ("e", 1e-6)]);
+    is_near(&found, &[(0.0, slow), (0.0, -slow), (0.0, fast), (0.0, -fast)], 1e-11);
     let mut own = page(
         "param m = 5, e = 2  coord x, y
          lagrangian = 1/2*m*x'^2 + 1/2*m*y'^2 + 1/2*e*(x*y' - y*x') - 1/2*x^2 - 1/2*y^2 - e*x*y",

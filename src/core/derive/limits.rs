@@ -154,6 +154,7 @@ impl Exponents {
             let undamped = self.exponents.iter().all(|own| own.real.is_zero());
             let magnitudes = magnitudes_in(pool, &all);
             let is_series = matches!(done, Approximation::Expansion { .. });
+            self.exponents.retain(|own| !is_series || !has_open_roots(pool, own, symbol, &magnitudes));
             for own in &mut self.exponents {
                 for part in [&mut own.real, &mut own.imaginary] {
                     let value = done.of(pool, *part, symbol);
@@ -173,14 +174,13 @@ impl Exponents {
                 let is_open = |pool: &Algebra<'_>, own: &ClosedExponent| {
                     magnitudes_in(pool, &[own.real, own.imaginary]).iter().any(|own| !magnitudes.contains(own))
                 };
-                let zeros = count - self.exponents.iter().map(|own| own.multiplicity).sum::<usize>();
-                if (zeros > 0 || self.exponents.iter().any(|own| is_open(pool, own)))
-                    && let Some(series) = self.series(pool, done, symbol).filter(|_| undamped)
-                    && series.len() == count
-                {
-                    self.exponents = series;
+                let lost = count - self.exponents.iter().map(|own| own.multiplicity).sum::<usize>();
+                if lost > 0 || self.exponents.iter().any(|own| is_open(pool, own)) {
+                    match self.series(pool, done, symbol).filter(|series| undamped && series.len() == count) {
+                        Some(series) => self.exponents = series,
+                        None => self.exponents.retain(|own| !is_open(pool, own)),
+                    }
                 }
-                self.exponents.retain(|own| !is_open(pool, own));
             }
             let all = std::mem::take(&mut self.exponents).into_iter();
             self.exponents = all.map(|own| own.drawn(pool, &self.values)).collect();
@@ -260,6 +260,24 @@ impl ClosedExponent {
         let real = if is_negative { pool.add(self.real, size) } else { pool.sub(self.real, size) };
         Self { real: pool.simplify(real), imaginary: pool.zero(), ..self }
     }
+}
+
+/// Whether a root of which an exponent is made vanishes where a symbol is 0, or may do so for one sign of a magnitude: Taylor's formula then has
+/// nothing to go by, though a factor 0 may hide that.
+fn has_open_roots(pool: &mut Algebra<'_>, own: &ClosedExponent, symbol: Symbol, magnitudes: &BTreeSet<ExprId>) -> bool {
+    let at_zero = Substitution::from([(symbol, pool.zero())]);
+    let nodes = pool.reachable(&[own.real, own.imaginary]);
+    let powers: Vec<(ExprId, Number)> = nodes.into_iter().flat_map(|id| pool.factors(id)).collect();
+    let roots: BTreeSet<ExprId> =
+        powers.into_iter().filter(|(_, exponent)| !exponent.is_integer()).map(|(base, _)| base).collect();
+    roots.into_iter().any(|base| {
+        if !pool.symbols_of(&[base]).contains(&symbol) {
+            return false;
+        }
+        let there = pool.substitute_one(base, &at_zero);
+        let there = pool.simplify(there);
+        pool.vanishes(there) || magnitudes_in(pool, &[there]).iter().any(|own| !magnitudes.contains(own))
+    })
 }
 
 /// The root, to some power of a symbol, of a polynomial in it that is known to twice that power, or to as many powers as there are; `None` where these
