@@ -283,6 +283,14 @@ fn series_and_limits_of_exponents_have_their_values() {
     let (slow, fast) = (1e-6 * (0.5 * 5.5 / 20.0_f64).sqrt(), 10.0_f64.sqrt());
     let found = exponents(&own, &[("k", 0.5), ("h", 5.0), ("e", 1e-6)]);
     is_near(&found, &[(0.0, slow), (0.0, -slow), (0.0, fast), (0.0, -fast)], 1e-11);
+    // (k + h)/m < 0: √f and √(1/f) in one sum would be one of them times -1; in front of the sum there is a single one.
+    let mut own = page(
+        "param m = 3/2, k = 3/2, h = -2, e = 2  coord x, y
+         lagrangian = 1/2*m*(x'^2 + y'^2) + 1/2*e*(x*y' - y*x') - 1/2*(k + e)*(x^2 + y^2) - h*x*y",
+    );
+    own.expand("e", 1);
+    let page_text = derive_text(&own, &Style::default().ascii(true));
+    assert!(page_text.contains("sqrt((k + h)/m)*(2 + e/(k + h))"), "{page_text}");
     let mut own = page(
         "param m = 5, e = 2  coord x, y
          lagrangian = 1/2*m*x'^2 + 1/2*m*y'^2 + 1/2*e*(x*y' - y*x') - 1/2*x^2 - 1/2*y^2 - e*x*y",

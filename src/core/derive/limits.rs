@@ -31,7 +31,8 @@ impl Approximation {
                 let variable = pool.symbol_expr(symbol);
                 let mut coefficients = taylor(pool, e, symbol, *order);
                 // √f stands in front, whatever the sign of f: √f and √(1/f) in one sum would be one of them times ±1.
-                let is_root = |(base, exponent): &(ExprId, Number)| !exponent.is_integer() && pool.is_sum(*base);
+                let has_sum = |base: ExprId| pool.factors(base).iter().any(|(own, _)| pool.is_sum(*own));
+                let is_root = |(base, exponent): &(ExprId, Number)| !exponent.is_integer() && has_sum(*base);
                 let front = coefficients.first().copied().filter(|own| match pool.terms(*own).as_slice() {
                     [(term, _)] => pool.factors(*term).iter().any(is_root),
                     _ => false,
