@@ -3,7 +3,7 @@
 use super::Derivation;
 use crate::model::{Model, Settings};
 use crate::syntax::{
-    Binding, ExprKind, ExprRef, File, IndexKind, Statement, StatementKind, print_expr, print_indices, print_unit,
+    Binding, ExprKind, ExprRef, File, IndexKind, StatementKind, print_expr, print_indices, print_unit,
 };
 
 /// Longer statements are not repeated, ...
@@ -26,28 +26,21 @@ pub struct Given {
 }
 
 impl Given {
-    /// From a file and what replaces its values.
+    /// From a file and what replaces its values. What the model has no letter for is written out where it has this letter itself.
     #[must_use]
-    pub(crate) fn new(file: &File, settings: &Settings) -> Self {
+    pub(crate) fn new(file: &File, settings: &Settings, model: &Model) -> Self {
         let mut given = Self::default();
-        let named = |own: &Statement, name: &str| match &own.kind {
-            StatementKind::Param(all) => all.iter().any(|own| *own.name.text == *name),
-            StatementKind::Let(own) => *own.name.text == *name,
-            StatementKind::Coord { declarations } => declarations.iter().any(|own| *own.name.text == *name),
-            _ => false,
-        };
-        // A letter that the model has for something else is not to have two meanings.
-        let free = |names: [&'static str; 2]| {
-            let is_taken = file.statements.iter().any(|own| named(own, names[0]));
-            names[usize::from(is_taken)]
-        };
         let is_set = |name: &str| settings.texts().any(|text| head(text) == name);
         for statement in &file.statements {
             match &statement.kind {
                 StatementKind::Kinetic(value) => given.statement(file, "T", *value),
                 StatementKind::Potential(value) => given.statement(file, "V", *value),
-                StatementKind::Lagrangian(value) => given.statement(file, free(["L", "lagrangian"]), *value),
-                StatementKind::Dissipation(value) => given.statement(file, free(["F", "dissipation"]), *value),
+                StatementKind::Lagrangian(value) => {
+                    given.statement(file, &model.unused_name(&["L", "lagrangian"]), *value)
+                }
+                StatementKind::Dissipation(value) => {
+                    given.statement(file, &model.unused_name(&["F", "dissipation"]), *value)
+                }
                 StatementKind::Let(own) => {
                     given.names.push(own.name.text.to_string());
                     given.binding(file, "", own);
@@ -128,6 +121,6 @@ fn indexed(file: &File, own: &Binding) -> (String, Option<String>) {
 impl Derivation {
     /// Begins the page with the energies as the file has them and the values of the parameters.
     pub fn put_given(&mut self, file: &File, settings: &Settings, model: &Model) {
-        self.given = Some(Given { has_units: model.has_units, ..Given::new(file, settings) });
+        self.given = Some(Given { has_units: model.has_units, ..Given::new(file, settings, model) });
     }
 }

@@ -28,7 +28,6 @@ impl Approximation {
                 pool.substitute_one(e, &Substitution::from([(symbol, value)]))
             }
             Self::Expansion { order, .. } => {
-                let variable = pool.symbol_expr(symbol);
                 let mut coefficients = taylor(pool, e, symbol, *order);
                 // √f stands in front, whatever the sign of f: √f and √(1/f) in one sum would be one of them times ±1.
                 let has_sum = |base: ExprId| pool.factors(base).iter().any(|(own, _)| pool.is_sum(*own));
@@ -40,12 +39,7 @@ impl Approximation {
                 if let Some(front) = front {
                     coefficients.iter_mut().for_each(|own| *own = pool.short(|pool| pool.div(*own, front)));
                 }
-                let terms = coefficients.into_iter().zip(0..).map(|(own, power)| {
-                    let power = pool.powi(variable, power);
-                    (pool.mul(own, power), Number::ONE)
-                });
-                let terms: Vec<(ExprId, Number)> = terms.collect();
-                let series = pool.linear(&terms);
+                let series = polynomial(pool, coefficients, symbol);
                 front.map_or(series, |front| pool.mul(front, series))
             }
         }
@@ -67,6 +61,17 @@ fn taylor(pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol, order: u32) -> Vec<
         pool.simplify(value)
     });
     coefficients.collect()
+}
+
+/// The polynomial in a symbol with these coefficients, the constant first.
+fn polynomial(pool: &mut Algebra<'_>, coefficients: impl IntoIterator<Item = ExprId>, symbol: Symbol) -> ExprId {
+    let variable = pool.symbol_expr(symbol);
+    let terms = coefficients.into_iter().zip(0..).map(|(own, power)| {
+        let power = pool.powi(variable, power);
+        (pool.mul(own, power), Number::ONE)
+    });
+    let terms: Vec<(ExprId, Number)> = terms.collect();
+    pool.linear(&terms)
 }
 
 /// The symbol of a name that some expressions depend on.
@@ -294,17 +299,12 @@ fn root_of_series(
     let first = (0_u32..).zip(&coefficients).find(|(_, own)| !own.is_zero()).map(|(power, _)| power);
     let Some(first) = first else { return (known == 2 * order).then(|| pool.zero()) };
     let more = order.checked_sub(first.div_ceil(2)).filter(|more| *more <= known - first)?;
-    let variable = pool.symbol_expr(symbol);
-    let terms = coefficients.into_iter().zip(0_i64..).skip(first as usize).map(|(own, power)| {
-        let power = pool.powi(variable, power - i64::from(first));
-        (pool.mul(own, power), Number::ONE)
-    });
-    let terms: Vec<(ExprId, Number)> = terms.collect();
-    let rest = pool.linear(&terms);
+    let rest = polynomial(pool, coefficients.into_iter().skip(first as usize), symbol);
     let root = pool.sqrt(rest);
     let rest = Approximation::Expansion { name: name.to_owned(), order: more };
     let root = rest.of(pool, root, symbol);
     let half = Number::half().mul(&Number::from(i64::from(first)));
+    let variable = pool.symbol_expr(symbol);
     let front = pool.product_of_powers(&[(variable, half)]);
     Some(pool.mul(front, root))
 }
