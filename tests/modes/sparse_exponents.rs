@@ -136,17 +136,21 @@ fn distance(s: c64, n: usize, c: f64) -> f64 {
 
 #[test]
 fn a_damper_at_the_end_of_a_chain() {
-    let (n, c) = (600, 0.3);
-    let text = format!(
-        "param N = {n}  param c = {c}
+    let n = 600;
+    let text = |c: f64| {
+        format!(
+            "param N = {n}  param c = {c}
          coord x[1..N]
          T = sum(i in 1..N, 1/2*x[i]'^2)
          V = sum(i in 1..N-1, 1/2*(x[i+1] - x[i])^2) + 1/2*x[1]^2
          dissipation = 1/2*c*x[N]'^2"
-    );
+        )
+    };
     let near = Options::default().near(0.5, 5).without_vectors();
-    for (options, count) in [(Options::default().lowest(8).without_vectors(), 8), (near, 5)] {
-        let found = modes(&text, &options);
+    let lowest = Options::default().lowest(8).without_vectors();
+    // The strong one adds a fast motion that does not oscillate, beside the strip that is searched.
+    for (c, options, count) in [(0.3, lowest, 8), (0.3, near.clone(), 5), (8.0, near, 5)] {
+        let found = modes(&text(c), &options);
         assert_eq!((found.modes.len(), found.stability), (count, Stability::Stable));
         for mode in &found.modes {
             let (growth, omega) = (mode.growth.mid_f64(), mode.omega.mid_f64());
@@ -160,7 +164,7 @@ fn a_damper_at_the_end_of_a_chain() {
             assert!((0.9..1.1).contains(&(apart * n as f64 / std::f64::consts::PI)));
         }
     }
-    let precise = modes(&text, &Options::default().lowest(2).digits(20).without_vectors());
+    let precise = modes(&text(0.3), &Options::default().lowest(2).digits(20).without_vectors());
     assert!(precise.modes.iter().all(|mode| mode.omega.radius <= 1e-21 * mode.omega.mid_f64()));
 }
 

@@ -24,9 +24,9 @@ use faer::c64;
 
 use super::order::elimination;
 use super::rows::{Rows, U};
-use super::shifted::{Factor, Pencil};
-use crate::order::Gather;
-use crate::precision::{Ball, Complex, SparseMatrix, up};
+use super::shifted::{Factor, GivenOrder, Pattern, Pencil};
+use crate::order::{Gather, Order};
+use crate::precision::{Ball, Complex, up};
 
 /// M, D, S and K by rows, and what lengths are measured with.
 pub(super) struct Form {
@@ -41,6 +41,7 @@ pub(super) struct Form {
     pub(super) roots: Vec<f64>,
     /// In which the coordinates are eliminated, see [`Form::order`].
     pub(super) order: Vec<usize>,
+    pub(super) pattern: Pattern,
 }
 
 /// A row and a column beside P(σ), 2n entries each.
@@ -56,9 +57,26 @@ pub(super) struct Bordered {
     turn: c64,
 }
 
-/// Entries of the lower triangle that are added up.
-#[derive(Default)]
-pub(super) struct Shares(Vec<(u32, u32, Ball)>);
+/// Columns and entries of a row of a complex matrix, by rising column.
+pub(super) type Row = Vec<(usize, Complex<Ball>)>;
+
+/// A row with these entries, added up where there are several in a column.
+pub(super) fn row(parts: impl Iterator<Item = (usize, Complex<Ball>)>) -> Row {
+    added_up(parts, Complex::add)
+}
+
+fn added_up<T>(parts: impl Iterator<Item = (usize, T)>, add: impl Fn(&T, &T) -> T) -> Vec<(usize, T)> {
+    let mut all: Vec<(usize, T)> = parts.collect();
+    all.order_by_key(|(j, _)| *j);
+    all.dedup_by(|next, kept| {
+        let is_same = next.0 == kept.0;
+        if is_same {
+            kept.1 = add(&kept.1, &next.1);
+        }
+        is_same
+    });
+    all
+}
 
 impl Form {
     /// An order in which to eliminate coordinates that any of some matrices couple; `None` where there is no memory.
@@ -117,34 +135,40 @@ impl Form {
     }
 }
 
-impl Shares {
-    /// An entry of a Hermitian matrix with its mirror image. Unknowns are sums (`part` 0) and differences (1) of complex ones, of which each
-    /// has two real parts.
-    fn hermitian(&mut self, [a, of]: [usize; 2], [b, with]: [usize; 2], z: &Complex<Ball>) {
-        let place = |at: usize, part: usize, imaginary: usize| (2 * (2 * at + part) + imaginary) as u32;
-        for (i, j, value) in [(0, 0, z.re), (1, 1, z.re), (1, 0, z.im), (0, 1, -z.im)] {
-            let (i, j) = (place(a, of, i), place(b, with, j));
-            if !value.is_zero() {
-                self.0.push((i.max(j), i.min(j), value));
+/// The Hermitian matrix of a complex one, see above, as a real symmetric one. Unknowns are sums and differences of complex ones, each with a
+/// real and an imaginary part.
+fn hermitian(matrix: &[Row]) -> Rows {
+    // The entries of columns above the diagonal.
+    let mut above: Vec<Row> = vec![Row::new(); matrix.len()];
+    for (a, row) in matrix.iter().enumerate() {
+        row.iter().filter(|(b, _)| *b > a).for_each(|(b, entry)| above[*b].push((a, *entry)));
+    }
+    let mut rows = Rows::half();
+    for (a, (own, above)) in matrix.iter().zip(above).enumerate() {
+        // Entries of ½(B + Bᴴ) and ½(B - Bᴴ).
+        let below = own.iter().filter(|(b, _)| *b <= a).map(|(b, entry)| {
+            let half = entry.scale(-1);
+            let [on, beside] = [Complex::new(entry.re, Ball::ZERO), Complex::new(Ball::ZERO, entry.im)];
+            (*b, if *b == a { [on, beside] } else { [half, half] })
+        });
+        let above = above.into_iter().map(|(b, entry)| {
+            let half = entry.conjugate().scale(-1);
+            (b, [half, Complex::new(-half.re, -half.im)])
+        });
+        let pairs = added_up(below.chain(above), |[a, b], [c, d]| [a.add(c), b.add(d)]);
+        for slot in 0..4 {
+            for (b, [sum, difference]) in &pairs {
+                for with in (0..4).filter(|with| 4 * b + with <= 4 * a + slot) {
+                    let entry = if slot / 2 == with / 2 { sum } else { difference };
+                    let part = if slot % 2 == with % 2 { entry.re } else { entry.im };
+                    let is_negative = (with / 2 == 1) != (slot % 2 < with % 2);
+                    rows.push(4 * b + with, &if is_negative { -part } else { part });
+                }
             }
+            rows.end_row();
         }
     }
-
-    /// An entry of B.
-    pub(super) fn add(&mut self, a: usize, b: usize, entry: &Complex<Ball>) {
-        if a == b {
-            self.hermitian([a, 0], [a, 0], &Complex::new(entry.re, Ball::ZERO));
-            self.hermitian([a, 1], [a, 1], &Complex::new(-entry.re, Ball::ZERO));
-            self.hermitian([a, 1], [a, 0], &Complex::new(Ball::ZERO, entry.im));
-            return;
-        }
-        let half = entry.scale(-1);
-        let minus = Complex::new(-half.re, -half.im);
-        self.hermitian([a, 0], [b, 0], &half);
-        self.hermitian([a, 1], [b, 1], &minus);
-        self.hermitian([a, 1], [b, 0], &half);
-        self.hermitian([b, 1], [a, 0], &minus.conjugate());
-    }
+    rows
 }
 
 impl Bordered {
@@ -157,39 +181,37 @@ impl Bordered {
         let by = Complex::<Ball>::from_c64(turn, ());
         let turned = by.mul(&Complex::from_c64(sigma, ()));
         let minus = Complex::new(-by.re, -by.im);
-        let mut shares = Shares::default();
+        let mut matrix: Vec<Row> = Vec::with_capacity(order);
         for i in 0..n {
-            for (j, entry) in form.energy.entries(i) {
-                shares.add(i, j, &turned.times(&entry));
-                shares.add(i, n + j, &minus.times(&entry));
-            }
-            for (j, entry) in form.stiffness.entries(i) {
-                shares.add(n + i, j, &by.times(&entry));
-            }
-            for (j, entry) in form.velocity.entries(i) {
-                shares.add(n + i, n + j, &by.times(&entry));
-            }
-            for (j, entry) in form.mass.entries(i) {
-                shares.add(n + i, n + j, &turned.times(&entry));
-            }
+            let energy = || form.energy.entries(i);
+            let own = energy().map(|(j, entry)| (j, turned.times(&entry)));
+            matrix.push(own.chain(energy().map(|(j, entry)| (n + j, minus.times(&entry)))).collect());
+        }
+        for i in 0..n {
+            let stiffness = form.stiffness.entries(i).map(|(j, entry)| (j, by.times(&entry)));
+            let velocity = form.velocity.entries(i).map(|(j, entry)| (n + j, by.times(&entry)));
+            let mass = form.mass.entries(i).map(|(j, entry)| (n + j, turned.times(&entry)));
+            matrix.push(row(stiffness.chain(velocity).chain(mass)));
         }
         for (number, border) in borders.iter().enumerate() {
-            for i in 0..2 * n {
-                shares.add(i, 2 * n + number, &Complex::from_c64(border.column[i], ()));
-                shares.add(2 * n + number, i, &Complex::from_c64(border.row[i], ()));
+            let entries = |all: &[c64]| all.iter().map(|z| Complex::from_c64(*z, ())).collect::<Vec<_>>();
+            for (row, entry) in matrix.iter_mut().zip(entries(&border.column)) {
+                row.push((2 * n + number, entry));
             }
+            matrix.push(entries(&border.row).into_iter().enumerate().collect());
         }
-        let matrix = SparseMatrix::from_shares(4 * order, &shares.0);
-        shares.0.clear();
-        for at in 0..2 * n {
-            let (rows, first) = if at < n { (&form.energy, 0) } else { (&form.mass, n) };
-            for (j, entry) in rows.entries(at - first).filter(|(j, _)| first + j <= at) {
-                let slots = (0..4).map(|slot| ((4 * at + slot) as u32, (4 * (first + j) + slot) as u32, entry));
-                shares.0.extend(slots);
+        let mut unit = Rows::half();
+        for at in 0..4 * order {
+            let (node, slot) = (at / 4, at % 4);
+            let (rows, first) = if node < n { (&form.energy, 0) } else { (&form.mass, n) };
+            if node < 2 * n {
+                let below = rows.entries(node - first).filter(|(j, _)| first + j <= node);
+                below.for_each(|(j, entry)| unit.push(4 * (first + j) + slot, &entry));
+            } else {
+                unit.push(at, &Ball::ONE);
             }
+            unit.end_row();
         }
-        shares.0.extend((8 * n..4 * order).map(|at| (at as u32, at as u32, Ball::ONE)));
-        let unit = SparseMatrix::from_shares(4 * order, &shares.0);
         let root = form.floor.sqrt() * (1.0 - 4.0 * U);
         let weights = form.weights.iter().map(|own| own * root).chain(form.weights.iter().copied());
         let weights = weights.chain(borders.iter().map(|_| 1.0)).flat_map(|own| [own * own * (1.0 - 8.0 * U); 4]);
@@ -197,19 +219,22 @@ impl Bordered {
         let slots = |at: usize| 4 * at..4 * at + 4;
         let first = form.order.iter().flat_map(|i| slots(*i).chain(slots(n + i)));
         let places: Vec<usize> = first.chain(8 * n..4 * order).collect();
-        let pencil = Pencil::of(Rows::new(&matrix), Rows::new(&unit), weights.collect(), Some(&places))?;
+        let order = GivenOrder { rows: &places, last: &form.pattern };
+        let pencil = Pencil::of(hermitian(&matrix), unit, weights.collect(), Some(&order))?;
         Some(Self { pencil, turn })
     }
 
     /// Any matrix, turned already, in units of d, its rows eliminated in an order. `None` where there is no memory.
-    pub(super) fn of(shares: &Shares, weights: &[f64], order: &[usize], turn: c64) -> Option<Self> {
-        let n = weights.len();
-        let matrix = SparseMatrix::from_shares(4 * n, &shares.0);
-        let diagonal = |at: usize| (at as u32, at as u32, Ball::exact(weights[at / 4]));
-        let unit = SparseMatrix::from_shares(4 * n, &(0..4 * n).map(diagonal).collect::<Vec<_>>());
+    pub(super) fn of(matrix: &[Row], weights: &[f64], order: &GivenOrder<'_>, turn: c64) -> Option<Self> {
+        let mut unit = Rows::half();
+        for at in 0..4 * weights.len() {
+            unit.push(at, &Ball::exact(weights[at / 4]));
+            unit.end_row();
+        }
         let weights = weights.iter().flat_map(|own| [own * (1.0 - 8.0 * U); 4]).collect();
-        let places: Vec<usize> = order.iter().flat_map(|i| 4 * i..4 * i + 4).collect();
-        Some(Self { pencil: Pencil::of(Rows::new(&matrix), Rows::new(&unit), weights, Some(&places))?, turn })
+        let places: Vec<usize> = order.rows.iter().flat_map(|i| 4 * i..4 * i + 4).collect();
+        let order = GivenOrder { rows: &places, last: order.last };
+        Some(Self { pencil: Pencil::of(hermitian(matrix), unit, weights, Some(&order))?, turn })
     }
 
     /// About how many entries a decomposition has.

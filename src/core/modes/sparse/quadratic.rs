@@ -12,7 +12,7 @@
 //!
 //! as many as there are columns (for tΔ with t from 0 to 1, zeros stay in the discs of Gershgorin, by columns), each group of discs that overlap with as
 //! many of them as it has. Where the strip of frequencies that are asked for is not within the disc about σ, as far as growth may
-//! reach, further discs without any exponent cover the rest of it.
+//! reach ([`Search::is_slow`]), further discs without any exponent cover the rest of it.
 
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, c64};
@@ -23,7 +23,7 @@ use super::Wanted;
 use super::bordered::{Border, Bordered, Form};
 use super::lanczos::Seed;
 use super::rows::Rows;
-use super::shifted::Pencil;
+use super::shifted::{Pattern, Pencil};
 use crate::budget::Budget;
 use crate::groups::connected;
 use crate::order::{Order, places};
@@ -55,8 +55,12 @@ const ASIDES: [f64; 3] = [0.0, 1e-5, 1e-3];
 const REFINEMENTS: usize = 8;
 /// A vector that moves by no more than this part is refined.
 const REFINED: f64 = 1e-28;
+/// Bytes of memory for an entry of P(σ) and what becomes of it.
+const ENTRY: usize = 256;
 /// Most discs without exponents that cover a strip.
 const DISCS: usize = 40;
+/// And most places about which none is proved.
+const FAILURES: usize = 4;
 
 /// M, D and S.
 #[derive(Clone, Debug)]
@@ -149,6 +153,7 @@ pub fn solve_sparse_quadratic(
         floor: energy.floor,
         weights: pencil.weights,
         roots: pencil.roots,
+        pattern: Pattern::default(),
     };
     // On an exponent there is no decomposition that is of use.
     ASIDES.iter().find_map(|by| {
@@ -226,12 +231,17 @@ fn end_of_lowest(pencil: &Pencil, lowest: f64, count: usize, budget: &Budget) ->
 
 impl SparseQuadratic {
     pub(super) fn symmetric_stiffness(&self) -> SparseMatrix {
-        let shares = self.stiffness.entries().map(|(i, j, value)| {
-            let own = if i == j { *value } else { value.scale(-1) };
-            (i.max(j) as u32, i.min(j) as u32, own)
-        });
-        SparseMatrix::from_shares(self.mass.dimension(), &shares.collect::<Vec<_>>())
+        symmetric_part(&self.stiffness, 1.0)
     }
+}
+
+/// The symmetric part of a matrix of which all entries are stored, times a number.
+fn symmetric_part(matrix: &SparseMatrix, by: f64) -> SparseMatrix {
+    let shares = matrix.entries().map(|(i, j, value)| {
+        let own = *value * Ball::exact(if i == j { by } else { 0.5 * by });
+        (i.max(j) as u32, i.min(j) as u32, own)
+    });
+    SparseMatrix::from_shares(matrix.dimension(), &shares.collect::<Vec<_>>())
 }
 
 impl Search<'_> {
@@ -402,9 +412,9 @@ impl Search<'_> {
     /// The pencil at a number, unless there is no memory for it.
     fn bordered(&self, sigma: c64, borders: &[Border]) -> Option<Bordered> {
         let form = self.form;
-        let entries = [&form.mass, &form.velocity, &form.stiffness, &form.energy].map(|rows| rows.high.len());
-        let shares = 16 * (entries.iter().sum::<usize>() + 4 * borders.len() * form.dimension());
-        self.budget.room(shares, 48).ok()?;
+        let parts = [&form.mass, &form.velocity, &form.stiffness, &form.energy, &form.energy];
+        let entries = parts.iter().map(|rows| rows.high.len()).sum::<usize>();
+        self.budget.room(entries + 4 * borders.len() * form.dimension(), ENTRY).ok()?;
         let found = Bordered::new(form, sigma, borders)?;
         self.budget.room(found.fill(), 8).ok()?;
         Some(found)
@@ -607,10 +617,15 @@ impl Search<'_> {
         } else {
             up(0.5 * (velocity + up((velocity * velocity + 4.0 * stiffness).sqrt())))
         };
+        let omega = self.near.unwrap_or(0.0);
+        let [low, high] = [(omega - reach).max(0.0), omega + reach];
+        // So much growth is within the disc about σ at all of these frequencies.
+        let far = (low - self.sigma.im).abs().max((high - self.sigma.im).abs());
+        let inner = 0.99 * ((known - far) * (known + far)).sqrt();
+        let growth = if inner < growth && self.is_slow([inner, growth], high) { inner } else { growth };
         let fastest = if self.bounded { 0.0 } else { growth };
         let mut empty: Vec<(c64, f64)> = vec![(self.sigma, known)];
-        let omega = self.near.unwrap_or(0.0);
-        let mut rest = vec![[-growth, fastest, (omega - reach).max(0.0), omega + reach]];
+        let (mut rest, mut failed) = (vec![[-growth, fastest, low, high]], 0);
         while let Some([left, right, low, high]) = rest.pop() {
             let corners = [(left, low), (left, high), (right, low), (right, high)];
             let within = |(center, radius): &(c64, f64)| {
@@ -622,9 +637,15 @@ impl Search<'_> {
             let center = c64::new(0.5 * (left + right), 0.5 * (low + high));
             let is_known = empty.iter().any(|(other, radius)| (center - other).norm() < 0.7 * radius);
             if !is_known {
-                let found = self.disc(center, all).filter(|_| empty.len() < DISCS)?;
-                empty.push((center, found));
-                if within(&(center, found)) {
+                match self.disc(center, 0.5 * (right - left).hypot(high - low), all) {
+                    Some(found) => empty.push((center, found)),
+                    // Perhaps less of it.
+                    None => failed += 1,
+                }
+                if failed > FAILURES || empty.len() > DISCS {
+                    return None;
+                }
+                if empty.last().is_some_and(within) {
                     continue;
                 }
             }
@@ -641,12 +662,31 @@ impl Search<'_> {
         Some(())
     }
 
-    /// The radius of a disc about a number in which there is no exponent; `None` where none is proved.
-    fn disc(&self, center: c64, all: &[Approximation]) -> Option<f64> {
+    /// Whether there is no exponent whose growth is between these and whose frequency is `high` at most.
+    ///
+    /// Where |c| <= αm + βk, what is said above of the real part gives |growth| <= (αm + βk) / (m + k/|s|²) <= max(α, β|s|²). With α the least growth
+    /// and β|s|² less than the growth at both ends, it is so between these: a convex function of the growth less it.
+    fn is_slow(&self, [least, most]: [f64; 2], high: f64) -> bool {
+        let SparseQuadratic { mass, velocity, stiffness, passive, .. } = self.problem;
+        let beta = 0.99 * [least, most].map(|a| a / (a * a + high * high)).into_iter().fold(f64::INFINITY, f64::min);
+        let signs = if *passive { &[-1.0][..] } else { &[-1.0, 1.0] };
+        self.definite
+            && signs.iter().all(|sign| {
+                let rest = symmetric_part(stiffness, beta).plus(&symmetric_part(velocity, *sign));
+                let factor = Pencil::new(&rest, mass);
+                let factor = factor.as_ref().and_then(|pencil| super::factor(pencil, -0.5 * least, self.budget));
+                factor.is_some_and(|own| own.negative == 0 && own.error < 0.5 * least)
+            })
+    }
+
+    /// The radius of a disc about a number in which there is no exponent, at least as large as is wanted where this is little; `None` where none is
+    /// proved.
+    fn disc(&self, center: c64, wanted: f64, all: &[Approximation]) -> Option<f64> {
         let pairs = all.iter().flat_map(|own| [own.s, own.s.conj()]);
         let nearest = pairs.map(|s| (s - center).norm()).fold(f64::INFINITY, f64::min);
         let pencil = self.bordered(center, &[])?;
-        let least = [0.6, 0.3, 0.1].into_iter().find_map(|part| pencil.least(part * nearest).ok());
+        let radii = [0.6 * nearest, 0.2 * nearest, (1.05 * wanted).min(0.05 * nearest)];
+        let least = radii.into_iter().find_map(|radius| pencil.least(radius).ok());
         self.budget.tell(|| match least {
             Some(least) => format!("no exponents within {least:.3e} of {:.3e} + {:.3e} i", center.re, center.im),
             None => format!("exponents about {:.3e} + {:.3e} i: not excluded", center.re, center.im),

@@ -6,12 +6,11 @@
 
 use faer::c64;
 
-use super::bordered::{Bordered, Form, Shares};
+use super::bordered::{Bordered, Form, Row, row};
 use super::lanczos::Seed;
 use super::quadratic::SparseQuadratic;
 use super::rows::{Rows, U};
-use super::shifted::{Factor, Pencil, weights};
-use crate::order::Order;
+use super::shifted::{Factor, GivenOrder, Pattern, Pencil, weights};
 use crate::precision::{Ball, Complex, SparseMatrix, up};
 
 /// What A is multiplied by in turn: where friction is everywhere -i leaves a definite Hermitian part.
@@ -27,8 +26,6 @@ const REFINED: f64 = 1e-20;
 /// Where pivots are next to 0 a matrix is decomposed that is this part of the norm aside.
 const ASIDES: [f64; 3] = [0.0, 1e-10, 1e-6];
 
-/// Columns and entries of a row of A.
-type Row = Vec<(usize, Complex<Ball>)>;
 type Vector = Vec<Complex<Ball>>;
 
 /// M, D and S, whose response is asked for at many frequencies.
@@ -39,6 +36,7 @@ pub struct SparseResponse {
     /// 1/√d, rounded up.
     roots: Vec<f64>,
     order: Vec<usize>,
+    pattern: Pattern,
     /// K and M, where nothing depends on velocities and S is symmetric.
     pencil: Option<Pencil>,
 }
@@ -59,7 +57,7 @@ impl SparseResponse {
         let order = Form::order([&parts[0], &parts[1], &parts[2], &parts[2]])?;
         let is_real = problem.symmetric && problem.velocity.stored() == 0;
         let pencil = if is_real { Pencil::new(&problem.symmetric_stiffness(), &problem.mass) } else { None };
-        Some(Self { parts, weights, roots, order, pencil })
+        Some(Self { parts, weights, roots, order, pattern: Pattern::default(), pencil })
     }
 
     /// The response at an angular frequency to forces on coordinates; `None` where A is not shown to be regular, as at a resonance.
@@ -122,32 +120,21 @@ impl SparseResponse {
     /// A by rows.
     fn matrix(&self, omega: &Ball) -> Vec<Row> {
         let square = *omega * *omega;
-        let row = |i: usize| {
+        let own = |i: usize| {
             let [velocity, stiffness, mass] = &self.parts;
             let all = velocity.entries(i).map(|(j, own)| (j, Complex::new(Ball::ZERO, *omega * own)));
             let all = all.chain(stiffness.entries(i).map(|(j, own)| (j, Complex::new(own, Ball::ZERO))));
-            let all = all.chain(mass.entries(i).map(|(j, own)| (j, Complex::new(-(square * own), Ball::ZERO))));
-            let mut row: Row = all.collect();
-            row.order_by_key(|(j, _)| *j);
-            row.dedup_by(|next, kept| {
-                let is_same = next.0 == kept.0;
-                if is_same {
-                    kept.1 = kept.1.add(&next.1);
-                }
-                is_same
-            });
-            row
+            row(all.chain(mass.entries(i).map(|(j, own)| (j, Complex::new(-(square * own), Ball::ZERO)))))
         };
-        (0..self.roots.len()).map(row).collect()
+        (0..self.roots.len()).map(own).collect()
     }
 
     fn solved(&self, rows: &[Row], right: &[Complex<Ball>], turn: c64) -> Option<Vector> {
         let by = Complex::<Ball>::from_c64(turn, ());
-        let mut shares = Shares::default();
-        for (i, row) in rows.iter().enumerate() {
-            row.iter().for_each(|(j, entry)| shares.add(i, *j, &by.mul(entry)));
-        }
-        let matrix = Bordered::of(&shares, &self.weights, &self.order, turn)?;
+        let turned = |row: &Row| row.iter().map(|(j, entry)| (*j, by.mul(entry))).collect();
+        let matrix: Vec<Row> = rows.iter().map(turned).collect();
+        let order = GivenOrder { rows: &self.order, last: &self.pattern };
+        let matrix = Bordered::of(&matrix, &self.weights, &order, turn)?;
         let (factor, x, length) = ASIDES.iter().find_map(|part| {
             let factor = matrix.factor(*part)?;
             let nothing = vec![c64::new(0.0, 0.0); rows.len()];

@@ -18,12 +18,37 @@ pub(super) struct Rows {
     radii: Vec<f64>,
     /// The most entries of a row.
     pub(super) widest: usize,
+    /// A symmetric matrix without the entries right of the diagonal.
+    half: bool,
 }
 
 impl Rows {
     /// A symmetric matrix of which the lower triangle is stored.
     pub(super) fn new(matrix: &SparseMatrix) -> Self {
         Self::of(matrix, true)
+    }
+
+    /// A symmetric matrix without any rows yet, which [`Self::push`] and [`Self::end_row`] give it; for its norms and decompositions alone.
+    pub(super) fn half() -> Self {
+        let (columns, high, low, radii) = Default::default();
+        Self { starts: vec![0], columns, high, low, radii, widest: 0, half: true }
+    }
+
+    /// The next entry of the last row, which is not right of the diagonal; without the lower part of its centre, as entries are
+    /// decomposed.
+    pub(super) fn push(&mut self, column: usize, value: &Ball) {
+        if !value.is_zero() {
+            self.columns.push(column as u32);
+            self.high.push(value.mid.hi);
+            self.radii.push(value.radius);
+        }
+    }
+
+    /// Ends a row.
+    pub(super) fn end_row(&mut self) {
+        let before = self.starts.last().copied().unwrap_or(0);
+        self.widest = self.widest.max(self.columns.len() - before);
+        self.starts.push(self.columns.len());
     }
 
     /// A matrix of which all entries are stored.
@@ -71,7 +96,7 @@ impl Rows {
             }
         }
         let widest = (0..n).map(|i| starts[i + 1] - starts[i]).max().unwrap_or(0);
-        Self { starts, columns, high, low, radii, widest }
+        Self { starts, columns, high, low, radii, widest, half: false }
     }
 
     pub(super) fn dimension(&self) -> usize {
@@ -105,15 +130,28 @@ impl Rows {
 
     /// A bound of |D^(-1/2) A D^(-1/2)| in length, for A the magnitudes of all entries, and for A their radii.
     pub(super) fn norms(&self, roots: &[f64]) -> (f64, f64) {
-        let (mut most, mut radius) = (0.0_f64, 0.0_f64);
-        for i in 0..self.dimension() {
-            let (mut sum, mut errors) = (0.0, 0.0);
+        let n = self.dimension();
+        // Sums of magnitudes and of radii, and of how many entries.
+        let mut sums = vec![(0.0, 0.0, 0_usize); n];
+        for i in 0..n {
             for at in self.row(i) {
-                let weight = roots[i] * roots[self.columns[at] as usize];
-                sum += self.high[at].abs() * weight;
-                errors += self.radius(at) * weight;
+                let j = self.columns[at] as usize;
+                let weight = roots[i] * roots[j];
+                let mut add = |row: usize| {
+                    let (sum, errors, count) = &mut sums[row];
+                    *sum += self.high[at].abs() * weight;
+                    *errors += self.radius(at) * weight;
+                    *count += 1;
+                };
+                add(i);
+                if self.half && i != j {
+                    add(j);
+                }
             }
-            let slack = 1.0 + (self.widest + 16) as f64 * 2.0 * U;
+        }
+        let (mut most, mut radius) = (0.0_f64, 0.0_f64);
+        for (sum, errors, count) in sums {
+            let slack = 1.0 + (count + 16) as f64 * 2.0 * U;
             most = most.max(sum * slack);
             radius = radius.max(errors * slack);
         }

@@ -6,6 +6,7 @@ use faer::sparse::linalg::cholesky::supernodal::SupernodalLdltRef;
 use faer::sparse::linalg::cholesky::{LdltRef, SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
+use std::sync::{Arc, Mutex};
 
 use super::lanczos::{Seed, dot};
 use super::order::{Elimination, elimination};
@@ -27,9 +28,10 @@ pub(super) struct Pencil {
     pub(super) stiffness_norms: (f64, f64),
     pub(super) mass_norms: (f64, f64),
     /// How K - σ M is decomposed, in the order of [`elimination`]; `None` where K and M are tridiagonal: in that of the coordinates.
-    general: Option<Box<General>>,
+    general: Option<Arc<General>>,
 }
 
+/// What decompositions of matrices with one pattern share.
 struct General {
     symbolic: SymbolicCholesky<usize>,
     /// The upper triangle of K - σ M, column by column.
@@ -38,6 +40,16 @@ struct General {
     /// The most entries in a row of L.
     widest: usize,
 }
+
+/// An order in which the rows of matrices with one pattern are eliminated, with what was known of the last of them.
+pub(super) struct GivenOrder<'a> {
+    pub(super) rows: &'a [usize],
+    pub(super) last: &'a Pattern,
+}
+
+/// What was known of a decomposition, for those of other matrices with the same pattern.
+#[derive(Default)]
+pub(super) struct Pattern(Mutex<Option<Arc<General>>>);
 
 /// L D Lᵀ.
 pub(super) struct Factor<'a> {
@@ -79,7 +91,12 @@ impl Pencil {
     }
 
     /// The same for a positive definite M and d with M - diag(d) not negative, as is known otherwise; in a given order of the rows.
-    pub(super) fn of(stiffness: Rows, mass: Rows, mut weights: Vec<f64>, order: Option<&[usize]>) -> Option<Self> {
+    pub(super) fn of(
+        stiffness: Rows,
+        mass: Rows,
+        mut weights: Vec<f64>,
+        order: Option<&GivenOrder<'_>>,
+    ) -> Option<Self> {
         let n = mass.dimension();
         let least_weight = weights.iter().copied().fold(f64::INFINITY, f64::min);
         let roots: Vec<f64> = weights.iter().map(|d| (1.0 / d).sqrt() * (1.0 + 4.0 * U)).collect();
@@ -89,7 +106,7 @@ impl Pencil {
         let general = if order.is_none() && is_narrow(&stiffness) && is_narrow(&mass) {
             None
         } else {
-            Some(Box::new(General::new(&stiffness, &mass, order)?))
+            Some(General::new(&stiffness, &mass, order)?)
         };
         let (stiffness_norms, mass_norms) = (stiffness.norms(&roots), mass.norms(&roots));
         Some(Self { stiffness, mass, weights, roots, least_weight, stiffness_norms, mass_norms, general })
@@ -187,15 +204,26 @@ pub(super) fn weights(mass: &Rows) -> Option<Vec<f64>> {
 }
 
 impl General {
-    fn new(stiffness: &Rows, mass: &Rows, order: Option<&[usize]>) -> Option<Self> {
+    fn new(stiffness: &Rows, mass: &Rows, order: Option<&GivenOrder<'_>>) -> Option<Arc<Self>> {
         let n = mass.dimension();
         let (mut starts, mut rows) = (vec![0], Vec::new());
         for j in 0..n {
             merge(stiffness, mass, j, |i, _, _| rows.push(i));
             starts.push(rows.len());
         }
-        let Elimination { symbolic, widest, .. } = elimination(&starts, &rows, order)?;
-        Some(Self { symbolic, starts, rows, widest })
+        let mut last = order.and_then(|own| own.last.0.lock().ok());
+        if let Some(known) = last.as_ref().and_then(|last| last.as_ref())
+            && known.starts == starts
+            && known.rows == rows
+        {
+            return Some(Arc::clone(known));
+        }
+        let Elimination { symbolic, widest, .. } = elimination(&starts, &rows, order.map(|own| own.rows))?;
+        let made = Arc::new(Self { symbolic, starts, rows, widest });
+        if let Some(last) = &mut last {
+            **last = Some(Arc::clone(&made));
+        }
+        Some(made)
     }
 
     fn factor<'a>(&'a self, pencil: &Pencil, shift: f64) -> Option<Decomposed<'a>> {
@@ -228,16 +256,16 @@ impl General {
         let mut sums = roots.clone();
         let mut fine = true;
         // |Lᵀ| roots, times |D|.
-        self.each_column(&values, |j, pivot, below| {
+        self.each_column(&values, |j, pivot, rows, entries| {
             fine &= pivot != 0.0 && pivot.is_finite();
             negative += usize::from(pivot < 0.0);
             weakest = weakest.min(pivot.abs() * roots[j] * roots[j]);
-            let column = below.iter().map(|(i, entry)| entry.abs() * roots[*i]);
+            let column = rows.iter().zip(entries).map(|(i, entry)| entry.abs() * roots[*i]);
             sums[j] = pivot.abs() * (roots[j] + column.sum::<f64>());
         });
         let mut products = sums.clone();
-        self.each_column(&values, |j, _, below| {
-            below.iter().for_each(|(i, entry)| products[*i] += entry.abs() * sums[j]);
+        self.each_column(&values, |j, _, rows, entries| {
+            rows.iter().zip(entries).for_each(|(i, entry)| products[*i] += entry.abs() * sums[j]);
         });
         let size = products.iter().zip(&roots).map(|(sum, root)| sum * root).fold(0.0, f64::max);
         let slack = 1.0 + (2 * self.widest + n / 1000 + 64) as f64 * 4.0 * U;
@@ -246,29 +274,26 @@ impl General {
     }
 
     /// The columns of L from left to right: their number, the pivot, rows and entries below it.
-    fn each_column(&self, values: &[f64], mut visit: impl FnMut(usize, f64, &[(usize, f64)])) {
-        let mut below = Vec::new();
+    fn each_column(&self, values: &[f64], mut visit: impl FnMut(usize, f64, &[usize], &[f64])) {
         match self.symbolic.raw() {
             SymbolicCholeskyRaw::Simplicial(own) => {
                 for j in 0..own.ncols() {
                     let (start, end) = (own.col_ptr()[j], own.col_ptr()[j + 1]);
-                    below.clear();
-                    below.extend((start + 1..end).map(|at| (own.row_idx()[at], values[at])));
-                    visit(j, values[start], &below);
+                    visit(j, values[start], &own.row_idx()[start + 1..end], &values[start + 1..end]);
                 }
             }
             SymbolicCholeskyRaw::Supernodal(own) => {
                 let factor = SupernodalLdltRef::new(own, values);
+                let mut rows = Vec::new();
                 for s in 0..own.n_supernodes() {
                     let node = factor.supernode(s);
                     let (entries, first) = (node.val(), node.start());
-                    let width = entries.ncols();
-                    for j in 0..width {
-                        let column = entries.col(j);
-                        below.clear();
-                        below.extend((j + 1..width).map(|i| (first + i, column[i])));
-                        below.extend(node.pattern().iter().enumerate().map(|(i, row)| (*row, column[width + i])));
-                        visit(first + j, column[j], &below);
+                    rows.clear();
+                    rows.extend(first..first + entries.ncols());
+                    rows.extend(node.pattern());
+                    for j in 0..entries.ncols() {
+                        let column = entries.col(j).try_as_col_major().map_or(&[][..], |own| own.as_slice());
+                        visit(first + j, column[j], &rows[j + 1..], &column[j + 1..]);
                     }
                 }
             }
