@@ -117,14 +117,8 @@ impl Columns {
     pub(super) fn value(&self, j: usize, radius: f64) -> Value {
         let radius = Magnitude::from_f64(radius);
         match self.wide_mu(j) {
-            Some(mu) => {
-                let mu = mu.with_added_radius(radius);
-                Value::wide(mu.re, mu.im)
-            }
-            None => {
-                let mu = self.mu(j).with_added_radius(radius);
-                Value::new(mu.re, mu.im)
-            }
+            Some(mu) => Value::wide(mu.with_added_radius(radius)),
+            None => Value::new(self.mu(j).with_added_radius(radius)),
         }
     }
 

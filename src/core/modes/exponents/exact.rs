@@ -31,10 +31,9 @@ const RISES: usize = 4;
 /// Vectors shall be known as well as this.
 const FINE: f64 = 1e-14;
 
-/// An exponent with its multiplicity, growth or omega exactly 0 where they are.
+/// An exponent with its multiplicity, its parts exactly 0 where they are.
 pub(super) struct ExactRoot {
-    pub(super) growth: Big,
-    pub(super) omega: Big,
+    pub(super) lambda: Wide,
     pub(super) multiplicity: usize,
     /// `None` where it is not known.
     pub(super) blocks: Option<Blocks>,
@@ -81,7 +80,7 @@ pub(super) fn exact(
     let mut zero = None;
     if zeros > 0 {
         let line: Polynomial = vec![IBig::ZERO, IBig::ONE];
-        let origin = |bits: usize| Some(vec![(Big::zero(bits), Big::zero(bits))]);
+        let origin = |bits: usize| Some(vec![Wide::zero(bits)]);
         let found = with_blocks(&pencil, (&line, zeros), &origin, 128, false, metric)?;
         zero = found.into_iter().next();
     }
@@ -96,24 +95,22 @@ pub(super) fn exact(
             return None;
         }
         let squares: Polynomial = even.iter().step_by(2).cloned().collect();
-        let parts = |bits: usize| {
-            let parts = separated(&squares, &rest, bits)?;
+        let lambdas = |bits: usize| {
+            let lambdas = separated(&squares, &rest, bits)?;
             let rounding = |x: &Big| (x * &rate(bits)).scale(options.power).decimal(options.digits).rounding;
             let covered = |x: &Big| match rounding(x) {
                 Rounding::Correct => true,
                 Rounding::Tie => bits >= BITS_OF_TIES,
                 Rounding::Fewer | Rounding::Undecided => false,
             };
-            parts.iter().all(|(growth, omega)| covered(growth) && covered(omega)).then_some(parts)
+            lambdas.iter().all(|lambda| covered(&lambda.re) && covered(&lambda.im)).then_some(lambdas)
         };
         let bits = 128 + 4 * options.digits;
         let factor = (&factor, multiplicity);
-        found.extend(with_blocks(&pencil, factor, &parts, bits, semisimple, metric)?);
+        found.extend(with_blocks(&pencil, factor, &lambdas, bits, semisimple, metric)?);
     }
     let in_units = |mut root: ExactRoot| {
-        let by = rate(root.growth.bits());
-        root.growth = &root.growth * &by;
-        root.omega = &root.omega * &by;
+        root.lambda = root.lambda.times(&rate(root.lambda.re.bits()));
         for head in root.blocks.iter_mut().flat_map(|blocks| &mut blocks.heads) {
             for (x, unit) in head.iter_mut().zip(&matrices.coordinates) {
                 *x = x.times(&unit.value(x.re.bits()));
@@ -128,11 +125,11 @@ pub(super) fn exact(
     })
 }
 
-/// The roots of a factor: growth and omega from `parts` with as many bits as separate them and show their blocks.
+/// The roots of a factor: from `lambdas` with as many bits as separate them and show their blocks.
 fn with_blocks(
     pencil: &Pencil<'_>,
     (factor, multiplicity): (&Polynomial, usize),
-    parts: &dyn Fn(usize) -> Option<Vec<(Big, Big)>>,
+    lambdas: &dyn Fn(usize) -> Option<Vec<Wide>>,
     mut bits: usize,
     semisimple: bool,
     metric: Option<&Metric<'_>>,
@@ -140,24 +137,21 @@ fn with_blocks(
     let mut best: Option<Vec<ExactRoot>> = None;
     let mut rises = 0;
     while bits <= MOST_BITS && rises < RISES {
-        let Some(parts) = parts(bits) else {
+        let Some(lambdas) = lambdas(bits) else {
             bits *= 2;
             continue;
         };
-        let lambda = |(growth, omega): &(Big, Big)| Wide { re: growth.clone(), im: omega.clone() };
-        let lambdas: Vec<Wide> = parts.iter().map(lambda).collect();
         let alone = pencil.conjugates() == 1;
         let search = if metric.is_none() && alone && (multiplicity == 1 || semisimple) {
             let single = Blocks { sizes: vec![1; multiplicity], heads: Vec::new() };
-            Search::Found(vec![single; parts.len()])
+            Search::Found(vec![single; lambdas.len()])
         } else {
             pencil.blocks(factor, &lambdas, multiplicity, semisimple, metric)
         };
         let roots = |blocks: Vec<Option<Blocks>>| -> Vec<ExactRoot> {
-            let both = parts.iter().cloned().zip(blocks);
-            both.map(|((growth, omega), blocks)| ExactRoot {
-                growth,
-                omega,
+            let both = lambdas.iter().cloned().zip(blocks);
+            both.map(|(lambda, blocks)| ExactRoot {
+                lambda,
                 // What is a root of conjugates alone has no blocks.
                 multiplicity: blocks.as_ref().map_or(multiplicity, |blocks| blocks.sizes.iter().sum()),
                 blocks,
@@ -175,7 +169,7 @@ fn with_blocks(
             }
             Search::Finer | Search::TooLarge => {
                 // Which are roots of conjugates alone is not known then.
-                let open = || Some(roots(vec![None; parts.len()])).filter(|_| alone);
+                let open = || Some(roots(vec![None; lambdas.len()])).filter(|_| alone);
                 best = best.or_else(open);
                 matches!(search, Search::TooLarge)
             }
@@ -189,19 +183,19 @@ fn with_blocks(
     best
 }
 
-/// Growth and omega of all roots, λ² a root of `squares` or λ one of `rest`, with omega >= 0. Imaginary parts of roots are exactly 0 or
+/// All roots λ, λ² a root of `squares` or λ one of `rest`, that are not below the real axis. Imaginary parts of roots are exactly 0 or
 /// have a sign.
-fn separated(squares: &Polynomial, rest: &Polynomial, bits: usize) -> Option<Vec<(Big, Big)>> {
+fn separated(squares: &Polynomial, rest: &Polynomial, bits: usize) -> Option<Vec<Wide>> {
     let zero = || Big::zero(bits);
-    let mut parts = Vec::new();
+    let mut all = Vec::new();
     for s in roots(squares, bits)? {
         if s.im.is_zero() {
             if s.re.is_negative() {
-                parts.push((zero(), (-&s.re).sqrt()));
+                all.push(Wide::new(zero(), (-&s.re).sqrt()));
             } else if s.re.is_positive() {
                 let root = s.re.sqrt();
-                parts.push((-&root, zero()));
-                parts.push((root, zero()));
+                all.push(Wide::new(-&root, zero()));
+                all.push(Wide::new(root, zero()));
             } else {
                 return None;
             }
@@ -215,11 +209,10 @@ fn separated(squares: &Polynomial, rest: &Polynomial, bits: usize) -> Option<Vec
                 let a = (&modulus + &s.re).scale(-1).sqrt();
                 (a.clone(), &s.im / &a.scale(1))
             };
-            parts.push((-&a, b.clone()));
-            parts.push((a, b));
+            all.push(Wide::new(-&a, b.clone()));
+            all.push(Wide::new(a, b));
         }
     }
-    let others = roots(rest, bits)?.into_iter().filter(|root| !root.im.is_negative());
-    parts.extend(others.map(|root| (root.re, root.im)));
-    Some(parts)
+    all.extend(roots(rest, bits)?.into_iter().filter(|root| !root.im.is_negative()));
+    Some(all)
 }

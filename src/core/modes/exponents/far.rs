@@ -37,7 +37,7 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
     for root in found.roots.into_iter().chain(found.zero) {
         let blocks = root.blocks.filter(|_| root.multiplicity == 1)?;
         let x = blocks.heads.into_iter().next()?;
-        let lambda = Wide { re: root.growth, im: root.omega };
+        let lambda = root.lambda;
         let y = pencil.left_null_vector(&lambda)?;
         // yᵀ(2λM + D)x = 1, and |x|² = 1 / |λ| as in `start`.
         let slope = pencil.slope(&lambda, &x);

@@ -84,10 +84,6 @@ pub(super) fn through(values: Vec<IBig>) -> Polynomial {
     result
 }
 
-/// A root of a polynomial with simple roots, its parts with their bounds; the imaginary part is exactly 0 where that
-/// is proved.
-pub(super) type Root = Wide;
-
 /// Rounds of the simultaneous iteration.
 const ROUNDS: usize = 400;
 
@@ -96,8 +92,9 @@ const ROUNDS: usize = 400;
 ///
 /// The roots lie in the discs around z_i with radius d |p(z_i) / (a Π (z_i - z_j))|, d the degree and a the
 /// leading coefficient, and each component of their union holds as many as it has discs (B. T. Smith, J. ACM 17
-/// (1970) 661). One alone in its disc is real if the conjugate of its disc meets no other.
-pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
+/// (1970) 661). One alone in its disc is real if the conjugate of its disc meets no other:
+/// its imaginary part is exactly 0 then.
+pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Wide>> {
     let degree = p.len().checked_sub(1)?;
     if degree == 0 {
         return Some(Vec::new());

@@ -45,7 +45,7 @@ pub(super) fn exact_spectrum(
     let mut entries = Vec::new();
     let mut cluster = 0;
     for root in exact.roots {
-        if paired && root.omega.is_zero() && root.growth.is_negative() {
+        if paired && root.lambda.im.is_zero() && root.lambda.re.is_negative() {
             // The growing one stands for the pair.
             continue;
         }
@@ -86,8 +86,9 @@ pub(super) fn exact_spectrum(
 }
 
 fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
-    let precise = Some(Box::new(Precise::complex(root.omega.clone(), root.growth.clone())));
-    let (growth, omega) = (root.growth.to_far_ball(), root.omega.to_far_ball());
+    let Wide { re: growth, im: omega } = &root.lambda;
+    let precise = Some(Box::new(Precise::complex(omega.clone(), growth.clone())));
+    let (growth, omega) = (growth.to_far_ball(), omega.to_far_ball());
     Exponent { precise, ..Exponent::new(growth, omega, (Vec::new(), 0.0), cluster) }
 }
 

@@ -6,7 +6,7 @@ use faer::c64;
 
 use super::certify::{Certificate, Disc, Group};
 use super::columns::Columns;
-use super::complex::{Complex, largest};
+use super::complex::{Complex, Wide, largest};
 use super::couplings::Residuals;
 use super::repeated::{cluster_shapes, zero, zero_shapes};
 use super::scale::Scaled;
@@ -53,16 +53,16 @@ pub(super) struct Status {
 pub(super) struct Value {
     pub(super) growth: Ball,
     pub(super) omega: Ball,
-    pub(super) wide: Option<(Big, Big)>,
+    pub(super) wide: Option<Wide>,
 }
 
 impl Value {
-    pub(super) fn new(growth: Ball, omega: Ball) -> Self {
-        Self { growth, omega, wide: None }
+    pub(super) fn new(mu: Complex) -> Self {
+        Self { growth: mu.re, omega: mu.im, wide: None }
     }
 
-    pub(super) fn wide(growth: Big, omega: Big) -> Self {
-        Self { growth: growth.to_far_ball(), omega: omega.to_far_ball(), wide: Some((growth, omega)) }
+    pub(super) fn wide(mu: Wide) -> Self {
+        Self { growth: mu.re.to_far_ball(), omega: mu.im.to_far_ball(), wide: Some(mu) }
     }
 }
 
@@ -128,8 +128,8 @@ pub(super) fn status(
             let covered = wide.map_or_else(|| options.covers(value, false), |wide| options.covers(wide, false));
             (covered, bits)
         };
-        let a = part(growth_zero, &growth, wide.as_ref().map(|w| &w.0));
-        let b = part(omega_zero, &omega, wide.as_ref().map(|w| &w.1));
+        let a = part(growth_zero, &growth, wide.as_ref().map(|w| &w.re));
+        let b = part(omega_zero, &omega, wide.as_ref().map(|w| &w.im));
         Status { growth_zero, omega_zero, lacking: of_zero || !(a.0 && b.0), rough: false, score: a.1 + b.1 }
     };
     (0..m).map(status).collect()
@@ -284,13 +284,13 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, op
     let growth = if status.growth_zero { Ball::ZERO } else { growth.scale(scaled.power) };
     let omega = if status.omega_zero { Ball::ZERO } else { omega.scale(scaled.power) };
     let omega = if omega.is_negative() { -omega } else { omega };
-    let precise = wide.map(|(growth, omega)| {
+    let precise = wide.map(|mu| {
         let part = |zero: bool, x: &Big| {
             if zero { Big::zero(x.bits()) } else { x.scale(scaled.power.into()) }
         };
-        let omega = part(status.omega_zero, &omega);
+        let omega = part(status.omega_zero, &mu.im);
         let omega = if omega.is_negative() { -&omega } else { omega };
-        Box::new(Precise::complex(omega, part(status.growth_zero, &growth)))
+        Box::new(Precise::complex(omega, part(status.growth_zero, &mu.re)))
     });
     // More than the digits was aimed at; what has these lacks nothing.
     let decided = |x: &Ball, precise: Option<&Big>| precise.map_or_else(|| options.decides(x), |x| options.decides(x));
