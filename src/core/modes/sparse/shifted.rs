@@ -64,18 +64,6 @@ pub(super) struct Factor<'a> {
     pub(super) error: f64,
 }
 
-/// A decomposition with what its error is bounded by.
-struct Decomposed<'a> {
-    values: Values<'a>,
-    negative: usize,
-    /// The least pivot in units of the weights.
-    weakest: f64,
-    /// A bound of D^(-1/2) |L| |D| |Lᵀ| D^(-1/2) in length.
-    size: f64,
-    /// The most entries in a row of L.
-    widest: usize,
-}
-
 enum Values<'a> {
     /// Pivots, and the entries of L below them.
     Tridiagonal(Vec<f64>, Vec<f64>),
@@ -133,21 +121,25 @@ impl Pencil {
 
     /// L D Lᵀ; `None` where a pivot is 0 or none.
     pub(super) fn factor(&self, shift: f64) -> Option<Factor<'_>> {
-        let Decomposed { values, negative, weakest, size, widest } = match &self.general {
+        let factor = match &self.general {
             None => self.tridiagonal(shift)?,
             Some(general) => general.factor(self, shift)?,
         };
+        factor.error.is_finite().then_some(factor)
+    }
+
+    /// [`Factor::error`] from a bound of D^(-1/2) |L| |D| |Lᵀ| D^(-1/2) in length, with the most entries in a row of L.
+    fn error(&self, shift: f64, size: f64, widest: usize) -> f64 {
         // |A - L D Lᵀ| <= γ |L| |D| |Lᵀ| for sums of products in any order (N. Higham, Accuracy and Stability of Numerical
         // Algorithms, theorem 10.3 and section 11.1), with two roundings more for the scaling by D; A is off from K - σ M
         // by 4 u of |K| + |σ M| and by the radii.
         let steps = (widest + 16) as f64 * U;
         let (own, other) = (self.stiffness_norms, self.mass_norms);
         let entries = 4.0 * U * (own.0 + shift.abs() * other.0) + own.1 + shift.abs() * other.1;
-        let error = up(steps / (1.0 - steps) * size + entries);
-        error.is_finite().then_some(Factor { pencil: self, shift, values, negative, weakest: weakest / own.0, error })
+        up(steps / (1.0 - steps) * size + entries)
     }
 
-    fn tridiagonal(&self, shift: f64) -> Option<Decomposed<'_>> {
+    fn tridiagonal(&self, shift: f64) -> Option<Factor<'_>> {
         let n = self.dimension();
         let (mut pivots, mut below) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let (mut pivot, mut negative, mut weakest) = (1.0, 0, f64::INFINITY);
@@ -175,7 +167,8 @@ impl Pencil {
         let last = self.roots.last().copied().unwrap_or(0.0);
         size = size.max(last * (f64::abs(pivot) * last + left));
         let values = Values::Tridiagonal(pivots, below);
-        Some(Decomposed { values, negative, weakest, size: size * (1.0 + 32.0 * U), widest: 2 })
+        let error = self.error(shift, size * (1.0 + 32.0 * U), 2);
+        Some(Factor { pencil: self, shift, values, negative, weakest: weakest / self.stiffness_norms.0, error })
     }
 }
 
@@ -226,7 +219,7 @@ impl General {
         Some(made)
     }
 
-    fn factor<'a>(&'a self, pencil: &Pencil, shift: f64) -> Option<Decomposed<'a>> {
+    fn factor<'a>(&'a self, pencil: &'a Pencil, shift: f64) -> Option<Factor<'a>> {
         let n = pencil.dimension();
         let mut entries = Vec::with_capacity(self.rows.len());
         for j in 0..n {
@@ -270,7 +263,9 @@ impl General {
         let size = products.iter().zip(&roots).map(|(sum, root)| sum * root).fold(0.0, f64::max);
         let slack = 1.0 + (2 * self.widest + n / 1000 + 64) as f64 * 4.0 * U;
         let values = Values::General(self, values);
-        fine.then_some(Decomposed { values, negative, weakest, size: size * slack, widest: self.widest })
+        let error = pencil.error(shift, size * slack, self.widest);
+        let weakest = weakest / pencil.stiffness_norms.0;
+        fine.then_some(Factor { pencil, shift, values, negative, weakest, error })
     }
 
     /// The columns of L from left to right: their number, the pivot, rows and entries below it.
