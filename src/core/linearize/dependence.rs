@@ -118,19 +118,14 @@ fn size(point: &[Big]) -> Magnitude {
 
 /// The first of some constraints that does not hold where those `kept`, by number, hold beside a point, and what its sides differ by
 /// there, if all don't follow; `None` where that can't be told.
-pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[Big]) -> Option<Option<(usize, f64)>> {
+pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[Ball]) -> Option<Option<(usize, f64)>> {
     let bits = bits(model)?;
-    let point = Surface::new(model, kept)?.near(model, start, bits)?;
+    let start: Vec<Big> = start.iter().map(|x| Big::from_ball(x, bits)).collect();
+    let point = Surface::new(model, kept)?.near(model, &start, bits)?;
     let (gaps, rows) = Surface::new(model, others)?.at(model, &point, bits)?;
     let size = size(&point);
     Some(others.iter().zip(&gaps).zip(&rows).find_map(|((number, gap), row)| {
         let slope = row.iter().map(Big::abs_upper).fold(Magnitude::ZERO, Magnitude::max);
         (gap.abs_upper() > (slope * size).scale(-(bits as i64 / 2))).then(|| (*number, gap.mid_f64()))
     }))
-}
-
-/// A point in doubles or balls, exactly.
-pub(super) fn exactly(model: &Model, point: &[Ball]) -> Option<Vec<Big>> {
-    let bits = bits(model)?;
-    Some(point.iter().map(|x| Big::from_ball(x, bits).center()).collect())
 }

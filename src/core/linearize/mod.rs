@@ -416,8 +416,7 @@ fn contradiction(model: &Model, at: &[Ball], dependent: &[usize]) -> Option<(usi
         return None;
     }
     let kept: Vec<usize> = (0..model.constraints.len()).filter(|number| !dependent.contains(number)).collect();
-    let start = dependence::exactly(model, at)?;
-    dependence::follow(model, &kept, dependent, &start)?
+    dependence::follow(model, &kept, dependent, at)?
 }
 
 /// That a parameter has no value.
