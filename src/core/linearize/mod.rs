@@ -167,8 +167,6 @@ struct Constrained {
     tangent: Tangent<Ball>,
     /// The coordinates that follow the others.
     bound: Vec<usize>,
-    /// The multipliers are those of a given point, not searched for.
-    given: bool,
     /// The constraints that follow from others, by number.
     dependent: Vec<usize>,
     /// What conditions on velocities leave of the model, and its numbers.
@@ -373,9 +371,7 @@ fn at_equilibrium(
     let order = model.coordinates.len();
     let second = assembly.stiffness(at, values);
     let rows = constrained::gradients(&second, visible, order);
-    let given = equilibrium.multipliers_given && !rows.is_empty();
-    let constrained =
-        |(tangent, bound)| Constrained { tangent, bound, given, dependent, rolling: None, families: Vec::new() };
+    let constrained = |(tangent, bound)| Constrained { tangent, bound, dependent, rolling: None, families: Vec::new() };
     if rows.is_empty() {
         return Ok(constrained((Tangent::solved(visible, &[], Vec::new()), Vec::new())));
     }

@@ -78,9 +78,8 @@ impl Linearized {
             Some(own) => own.precisely(bits, order)?,
             None => equilibrium(&self.model, &self.assembly, found, &values)?,
         };
-        if let Some(own) = self.constrained.as_ref().filter(|own| own.given) {
-            let bound = &own.bound;
-            tied::put_multipliers_in(&self.assembly, &values, &mut point, visible, bound)?;
+        if let Some(own) = self.constrained.as_ref().filter(|own| found.multipliers_given && !own.bound.is_empty()) {
+            tied::put_multipliers_in(&self.assembly, &values, &mut point, visible, &own.bound)?;
         }
         let mut tangents = Vec::new();
         let [mass, gyroscopic, damping, stiffness, mut circulatory] = match self.rolling() {
