@@ -18,6 +18,8 @@ use crate::number::Number;
 const MOST_DIGITS: usize = 1000;
 /// As that, for numbers that may have any number of bits.
 const MOST_BIG_DIGITS: usize = 100_000;
+/// Bits that hold both parts of a ball, whatever lies between them.
+const BITS_OF_BALLS: usize = 2200;
 /// Numbers beyond 2 to this, and those below its inverse, are not written out in digits.
 const WIDEST: i64 = 1 << 20;
 
@@ -71,7 +73,7 @@ enum Direction {
 /// scientific. A number of which no digit is decided, as one that may be zero but is not known to be, prints as `0` with its
 /// bound.
 pub fn decimal(value: &Ball, digits: usize) -> Decimal {
-    written(value, Wanted::digits(digits.min(MOST_DIGITS)))
+    Big::from_ball(value, BITS_OF_BALLS).written(Wanted::digits(digits.min(MOST_DIGITS)))
 }
 
 /// The digits of [`decimal`], where they are correct and doubles on both sides of the ball tell; many times as fast.
@@ -150,11 +152,7 @@ fn quick_digits(value: &Ball, count: usize) -> Option<(u64, i32)> {
 /// The number in `value` rounded to a multiple of 10^place by the rules of [`decimal`], with at most `digits`
 /// significant digits and at least one.
 pub fn decimal_to_place(value: &Ball, place: i32, digits: usize) -> Decimal {
-    written(value, Wanted::digits(digits.min(MOST_DIGITS)).to(place))
-}
-
-fn written(value: &Ball, wanted: Wanted) -> Decimal {
-    if value.is_finite() { between(ends(value), wanted) } else { not_a_number() }
+    Big::from_ball(value, BITS_OF_BALLS).written(Wanted::digits(digits.min(MOST_DIGITS)).to(place))
 }
 
 /// How far a number is written out.
@@ -391,15 +389,6 @@ pub(super) fn parts(x: f64) -> (IBig, i32) {
     let (mantissa, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | (1 << 52), biased - 1075) };
     let mantissa = IBig::from(mantissa);
     (if x < 0.0 { -mantissa } else { mantissa }, exponent)
-}
-
-/// Both ends of the ball over a common power of 2.
-fn ends(value: &Ball) -> Ends {
-    let all = [parts(value.mid.hi), parts(value.mid.lo), parts(value.radius)];
-    let least = all.iter().filter(|p| p.0 != IBig::ZERO).map(|p| p.1).min().unwrap_or(0);
-    let [hi, lo, radius] = all.map(|(m, e)| m << (e - least).max(0) as usize);
-    let mid = hi + lo;
-    Ends { low: &mid - &radius, high: mid + radius, exponent: least }
 }
 
 /// A positive fraction with `count` significant digits; zero gives zero.
