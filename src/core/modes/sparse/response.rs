@@ -159,10 +159,7 @@ impl SparseResponse {
             let mids: Vec<c64> = left.iter().map(Complex::to_c64).collect();
             let step = solve(&mids);
             // Centres alone: any x has the bound of its own residual.
-            let next = x.iter().zip(&step).map(|(x, step)| {
-                let sum = x.add(&Complex::from_c64(*step, ()));
-                Complex::new(Ball::new(sum.re.mid, 0.0), Ball::new(sum.im.mid, 0.0))
-            });
+            let next = x.iter().zip(&step).map(|(x, step)| x.add(&Complex::from_c64(*step, ())).center());
             let next: Vector = next.collect();
             let residual = |(row, right): (&Row, &Complex<Ball>)| {
                 row.iter().fold(*right, |sum, (j, entry)| sum.sub(&entry.mul(&next[*j])))
