@@ -5,7 +5,7 @@ use faer::c64;
 
 use super::basis::{Metric, finished};
 use super::blocks::{Blocks, Pencil};
-use super::complex::Wide;
+use super::complex::{Complex, Wide};
 use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
 use super::solve::Solution;
@@ -141,10 +141,7 @@ fn true_mass(scaled: &Scaled, i: usize, j: usize) -> Ball {
 pub(super) fn zero_shapes(scaled: &Scaled, solution: &Solution, count: usize) -> Option<Vec<Shape>> {
     let wide = |at: &usize| -> Vec<Wide> {
         let vector = scaled.zero[*at].iter().zip(&scaled.shift);
-        let part = |(x, shift): (&Ball, &i32)| Wide {
-            re: Big::from_ball(x, BITS).scale(i64::from(*shift)),
-            im: Big::zero(BITS),
-        };
+        let part = |(x, by): (&Ball, &i32)| Wide::from_complex(&Complex::new(*x, Ball::ZERO), BITS).scale((*by).into());
         vector.map(part).collect()
     };
     let metric =
