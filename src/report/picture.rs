@@ -28,6 +28,8 @@ const LEFT: f64 = 66.0;
 const BELOW: f64 = 46.0;
 /// Of a line of text.
 const LINE: f64 = 20.0;
+/// Centres a text.
+const MIDDLE: &str = " text-anchor=\"middle\"";
 /// Between points as near as this a curve is straight for any eye.
 const MOST_SMOOTH: usize = 1000;
 
@@ -333,8 +335,7 @@ fn shortest(value: f64, decimals: usize) -> String {
 fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]: [f64; 2]) {
     let (x, y) = (&panel.x, &panel.y);
     if !panel.title.is_empty() {
-        let _ =
-            writeln!(out, "<text x=\"{}\" y=\"{}\">{}</text>", place(left), place(top - 6.0), escaped(&panel.title));
+        put_text(out, [left, top - 6.0], "", &panel.title);
     }
     // So many that names and numbers stand apart.
     let longest = match &x.ticks {
@@ -349,52 +350,24 @@ fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]:
     let _ = writeln!(out, "<g class=\"small\">");
     for (value, text) in &across {
         let at = left + x.share(*value) * width;
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"M{} {}V{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            place(at),
-            place(top),
-            place(bottom),
-            // A long name at the border of the page is not cut.
-            place(at.max(3.4 * text.width() as f64 + 2.0)),
-            place(bottom + 16.0),
-            escaped(text)
-        );
+        let _ = write!(out, "<path class=\"grid\" d=\"M{} {}V{}\"/>", place(at), place(top), place(bottom));
+        // A long name at the border of the page is not cut.
+        put_text(out, [at.max(3.4 * text.width() as f64 + 2.0), bottom + 16.0], MIDDLE, text);
     }
     for (value, text) in &up {
         let at = bottom - y.share(*value) * height;
-        let _ = writeln!(
-            out,
-            "<path class=\"grid\" d=\"M{} {at}H{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
-            place(left),
-            place(left + width),
-            place(left - 7.0),
-            place(at + 4.0),
-            escaped(text),
-            at = place(at),
-        );
+        let _ = write!(out, "<path class=\"grid\" d=\"M{} {}H{}\"/>", place(left), place(at), place(left + width));
+        put_text(out, [left - 7.0, at + 4.0], " text-anchor=\"end\"", text);
     }
     out.push_str("</g>\n");
     let [middle, half] = [left + 0.5 * width, top + 0.5 * height];
     if !x.label.is_empty() {
-        let _ = writeln!(
-            out,
-            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}{}</text>",
-            place(middle),
-            place(bottom + 36.0),
-            escaped(&x.label),
-            scaled(x_scale)
-        );
+        put_text(out, [middle, bottom + 36.0], MIDDLE, &format!("{}{}", x.label, scaled(x_scale)));
     }
     if !y.label.is_empty() {
-        let at = place(left - LEFT + 16.0);
-        let _ = writeln!(
-            out,
-            "<text x=\"{at}\" y=\"{y}\" text-anchor=\"middle\" transform=\"rotate(-90 {at} {y})\">{}{}</text>",
-            escaped(&y.label),
-            scaled(y_scale),
-            y = place(half)
-        );
+        let corner = [left - LEFT + 16.0, half];
+        let turned = format!("{MIDDLE} transform=\"rotate(-90 {})\"", corner.map(place).join(" "));
+        put_text(out, corner, &turned, &format!("{}{}", y.label, scaled(y_scale)));
     }
     // What is drawn ends at the frame.
     let frame = rectangle([left, top], [width, height]);
@@ -412,6 +385,12 @@ fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]:
         draw_curve(out, curve, &on_page);
     }
     let _ = writeln!(out, "</svg>\n<rect class=\"frame\" {frame}/>");
+}
+
+/// A text with attributes besides its place.
+fn put_text(out: &mut String, corner: [f64; 2], attributes: &str, text: &str) {
+    let [x, y] = corner.map(place);
+    let _ = writeln!(out, "<text x=\"{x}\" y=\"{y}\"{attributes}>{}</text>", escaped(text));
 }
 
 /// A place and a size as attributes.
@@ -528,5 +507,5 @@ fn entry(out: &mut String, sample: &Sample, name: &str, [x, y]: [f64; 2]) {
         }
         Sample::Nothing => {}
     }
-    let _ = writeln!(out, "<text x=\"{}\" y=\"{}\">{}</text>", place(x + 30.0), place(y + 4.5), escaped(name));
+    put_text(out, [x + 30.0, y + 4.5], "", name);
 }
