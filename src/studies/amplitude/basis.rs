@@ -7,6 +7,7 @@
 
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
+use librate_core::order::Gather as _;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{Ball, Scalar, up};
 
@@ -42,31 +43,19 @@ impl Basis {
             mode.vector.iter().map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
         };
         let shapes: Vec<Vec<Ball>> = modes.iter().map(shape).collect();
-        let mut groups: Vec<Group> = Vec::new();
-        let mut group_of = Vec::with_capacity(n);
-        for (at, mode) in modes.iter().enumerate() {
-            let square = if mode.kind == Kind::Zero { Ball::ZERO } else { mode.omega_squared? };
-            let same = |group: &Group| {
-                let first = group.members.first().and_then(|first| modes.get(*first));
-                first.is_some_and(|first| {
-                    first.cluster == mode.cluster && (first.kind == Kind::Zero) == (mode.kind == Kind::Zero)
-                })
-            };
-            let place = if let Some(place) = groups.iter().position(same) {
-                groups[place].members.push(at);
-                groups[place].square = groups[place].square.hull(&square);
-                place
-            } else {
-                groups.push(Group { members: vec![at], square, slack: 0.0 });
-                groups.len() - 1
-            };
-            group_of.push(place);
-        }
-        if groups.len() < n {
-            let mass = linearized.mass();
-            for group in groups.iter_mut().filter(|group| group.members.len() > 1) {
-                group.slack = slack(&mass, &shapes, &group.members);
+        let alike = modes.iter().enumerate().map(|(at, mode)| ((mode.cluster, mode.kind == Kind::Zero), at)).grouped();
+        let mass = if alike.len() < n { linearized.mass() } else { Vec::new() };
+        let mut groups = Vec::with_capacity(alike.len());
+        let mut group_of = vec![0; n];
+        for ((_, zero), members) in alike {
+            let own = |k: &usize| if zero { Some(Ball::ZERO) } else { modes[*k].omega_squared };
+            let squares: Vec<Ball> = members.iter().map(own).collect::<Option<_>>()?;
+            let square = squares.into_iter().reduce(|all, square| all.hull(&square))?;
+            let slack = if members.len() > 1 { slack(&mass, &shapes, &members) } else { 0.0 };
+            for k in &members {
+                group_of[*k] = groups.len();
             }
+            groups.push(Group { members, square, slack });
         }
         Some(Self { shapes, groups, group_of })
     }

@@ -22,7 +22,7 @@ use librate_core::linearize::{
 use librate_core::model::Model;
 use librate_core::modes::{Kind, Options};
 use librate_core::number::Number;
-use librate_core::order::Order;
+use librate_core::order::{Gather as _, Order};
 use librate_core::oscillation::{NormalMode, NormalModes, Uncertainty, in_units, normal_modes};
 use librate_core::precision::{Ball, Complex, Matrix};
 
@@ -144,7 +144,10 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
     let modes = &*in_units(linearized, modes);
     let rate = linearized.units().map_or(0, Units::rate);
     let whole = linearized.varied();
-    let mut groups: Vec<(Vec<usize>, bool)> = groups(&modes.modes).into_iter().map(|group| (group, false)).collect();
+    // Modes that bounds do not separate, zeros apart.
+    let cluster = |mode: &NormalMode| (mode.kind != Kind::Zero).then_some(mode.cluster);
+    let alike = modes.modes.iter().enumerate().map(|(at, mode)| (cluster(mode), at)).grouped();
+    let mut groups: Vec<(Vec<usize>, bool)> = alike.into_iter().map(|(_, group)| (group, false)).collect();
     let spaces: Vec<Option<Space>> = groups.iter().map(|(group, _)| space(&whole, linearized, modes, group)).collect();
     let mut omega = vec![vec![None; parameters.len()]; modes.modes.len()];
     let mut growth = omega.clone();
@@ -160,22 +163,6 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
         }
     }
     Sensitivities { parameters, omega, growth, groups }
-}
-
-/// Modes that bounds do not separate, zeros apart, by the number of the first.
-fn groups(modes: &[NormalMode]) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut known = std::collections::HashMap::new();
-    for (at, mode) in modes.iter().enumerate() {
-        let zero = mode.kind == Kind::Zero;
-        let key = (if zero { 0 } else { mode.cluster }, zero);
-        let group = *known.entry(key).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
-        });
-        groups[group].push(at);
-    }
-    groups
 }
 
 /// Vectors of equal exponents, and what their derivatives need.
