@@ -40,7 +40,7 @@ pub(crate) fn write(
         Some(report) => {
             std::fs::write(folder.join("hard.svg"), plots::hard(report)?)?;
             std::fs::write(folder.join("sizes.svg"), plots::sizes(report, &families())?)?;
-            text(report, chapter, plan)
+            text(report, &chapter, plan)
         }
         None => {
             let mut text = before;
@@ -57,61 +57,56 @@ fn families() -> Vec<(&'static str, &'static str)> {
     FAMILIES.iter().map(|family| (family.slug, family.title)).collect()
 }
 
-fn text(report: &Report, chapter: String, plan: &Plan) -> String {
-    [
-        introduction(report),
-        summary(report),
-        choice(report),
-        hard(report),
-        zeros(report),
-        sizes(report),
-        many_digits(report),
-        chapter + &bounds(report),
-        losses(report),
-        method(report, plan),
-    ]
-    .join("\n")
+/// The text that is in `document.txt`, with what was measured for the names in braces.
+fn text(report: &Report, chapter: &str, plan: &Plan) -> String {
+    let value = |name: &str| match name {
+        "missing" => missing(report),
+        "unit" => report.unit.to_owned(),
+        "hard" => report.hard().count().to_string(),
+        "paths" => summary(report),
+        "rotations" => jacobi_cost(report),
+        "problems" => report.measured.len().to_string(),
+        "levels" => levels(report),
+        "errors" => hard(report, "error", &error_cell),
+        "times" => hard(report, "time", &|m, path| time_cell(report, m, path)),
+        "failures" => failures(report),
+        "zeros" => zeros(report),
+        "sizes" => sizes(report),
+        "many digits" => many_digits(report),
+        "large" => chapter.to_owned(),
+        "bounds" => bounds(report),
+        "losses" => losses(report),
+        "machine" => machine(),
+        "rust" => said("rustc", "--version").unwrap_or_else(|| "rustc of unknown version".to_owned()),
+        "librate" => env!("CARGO_PKG_VERSION").to_owned(),
+        "peers" => peers(report),
+        "patience" => plan.patience.to_string(),
+        "longest" => plan.longest.to_string(),
+        "coordinates" => MANY_DIGITS.to_string(),
+        library => locked(library).to_owned(),
+    };
+    let parts = include_str!("document.txt").split(['{', '}']).enumerate();
+    parts.map(|(at, part)| if at % 2 == 0 { part.to_owned() } else { value(part) }).collect()
 }
 
-fn introduction(report: &Report) -> String {
-    let mut out = String::from(
-        "# Speed against error\n\nWhat each way to the normal frequencies costs, and how wrong it is. Written by\n\n    \
-         cargo run --release --example speed_and_error\n\nwhich measures everything anew; \
-         no measured number below is typed by hand. `--python PATH` names the interpreter that has the peers.\n\n",
-    );
+/// The peers that are left out.
+fn missing(report: &Report) -> String {
     match &report.peers {
         Ok(versions) => {
             let missing: Vec<&str> =
                 versions.iter().filter(|(_, version)| version.is_none()).map(|(name, _)| name.as_str()).collect();
-            if !missing.is_empty() {
-                let _ = writeln!(out, "Not installed in this run, and left out: {}.\n", missing.join(", "));
+            if missing.is_empty() {
+                return String::new();
             }
+            format!("Not installed in this run, and left out: {}.\n\n", missing.join(", "))
         }
-        Err(reason) => {
-            let _ = writeln!(out, "Without the peers in Python ({reason}); the paths they take are left out.\n");
-        }
+        Err(reason) => format!("Without the peers in Python ({reason}); the paths they take are left out.\n\n"),
     }
-    let _ = writeln!(
-        out,
-        "Times are CPU times as multiples of one call, `{}`, on the same problem in the same run: ratios carry over \
-         from machine to machine to a factor of two or so, seconds do not. Errors are relative errors of the worst \
-         frequency that is not zero, against true values known to more digits than any path gives. An error above \
-         1 means that ω² has the wrong sign: a stable body is called unstable.\n\n\
-         ![Time against true error on the hard problems](speed-and-error/hard.svg)\n",
-        report.unit
-    );
-    out
 }
 
 /// One line a path.
 fn summary(report: &Report) -> String {
-    let mut out = String::from("## The paths\n\n");
-    let count = report.hard().count();
-    let _ = writeln!(
-        out,
-        "Over the {count} hard problems of the [table below](#the-hard-problems-one-by-one): on how many a path applies, on how many it \
-         gives up, on how many some sign of ω² is wrong, and its errors and times.\n"
-    );
+    let mut out = String::new();
     let mut rows = Vec::new();
     for path in present(report.hard(), |_| true) {
         let of = |test: &dyn Fn(&Verdict) -> bool| report.hard().filter(|m| test(verdict(m, path))).count();
@@ -160,32 +155,9 @@ fn jacobi_cost(report: &Report) -> String {
     format!(" (times `{}`: {})", report.unit, costs.join(", "))
 }
 
-/// What each precision level does, and on which problems.
-fn choice(report: &Report) -> String {
-    let mut out = String::from(
-        "## What the default picks where, and why\n\n\
-         librate has one path, and stops at the first precision level whose proved bounds cover the digits that are \
-         asked for (ten unless told otherwise). Nobody chooses a method, and the problem is not classified beforehand: \
-         each costs more than the one before, and is only tried where that one could not prove enough.\n\n\
-         1. **Doubles.** Eigenvectors from faer. Quotients xᵀKx / xᵀMx and residuals of these \
-         vectors, as they are, in double-double. The bound is quadratic in the residuals, so vectors in doubles are \
-         good for eigenvalues of more. Where: whatever M and K determine well.\n\
-         2. **Double-double refinement.** The same vectors, made better by products in double-double; each round squares their error. \
-         Where: more digits are wanted than the first vectors are good for, or modes are so close together that doubles mix their shapes.\n\
-         3. **Full double-double.** M has no Cholesky factor in doubles, or what it gives is of no use: \
-         factor and reduction in double-double. Where: coordinates almost without mass, M nearly singular.\n\
-         4. **Arbitrary precision.** M, K and the equilibrium from the exact expressions once more, with as many bits as the \
-         missing digits take, for the modes that miss them. Where: more digits than double-double has, entries of K that do not hold \
-         soft springs beside stiff ones, or whatever is beyond all the others.\n\n",
-    );
-    let _ = writeln!(
-        out,
-        "Plain Jacobi rotations in doubles, and no higher precision behind them, are right on most of what other solvers in doubles get wrong. But they \
-         prove nothing, are no help where K is no sum of squares (gravity, tension) or M is nearly singular, and cost more \
-         the larger the problem{}.\n\nThe highest precision level that was needed, on how many of the {} problems of this document:\n",
-        jacobi_cost(report),
-        report.measured.len()
-    );
+/// On how many problems each precision level was needed, and on which.
+fn levels(report: &Report) -> String {
+    let mut out = String::new();
     let levels =
         [PrecisionLevel::Doubles, PrecisionLevel::Refined, PrecisionLevel::DoubleDouble, PrecisionLevel::Precise];
     let answered = |label: &str, level: PrecisionLevel| {
@@ -208,9 +180,6 @@ fn choice(report: &Report) -> String {
         cells(vec![measured.name.replace('_', " ")], levels)
     };
     table(&mut out, &titles, &report.measured.iter().map(row).collect::<Vec<_>>());
-    out.push_str(
-        "\nAn empty cell: the true values are not known to so many digits, or it would have taken too long.\n",
-    );
     out
 }
 
@@ -218,30 +187,22 @@ fn name_and_size(measured: &Measured) -> Vec<String> {
     vec![measured.name.replace('_', " "), measured.n.to_string()]
 }
 
-/// Errors and times on each hard problem.
-fn hard(report: &Report) -> String {
-    let mut out = String::from(
-        "## The hard problems one by one\n\n\
-         Models of [`models/hard`](../models/hard), which say what is hard about them. Errors above 1e-9, where fewer than ten \
-         digits are right, are bold; (±k): k squares have the wrong sign. Doubles are given M and K correctly rounded; part of \
-         the error is already in that rounding, and no solver can mend it.\n\n",
-    );
+/// Errors or times on each hard problem.
+fn hard(report: &Report, title: &str, cell: &dyn Fn(&Measured, &PathInfo) -> String) -> String {
+    let mut out = String::new();
     let paths = present(report.hard(), |path| match path.group {
         Group::Doubles | Group::Peer | Group::Jacobi => true,
         Group::Librate(digits) => digits <= 25,
         Group::Mpmath(_) | Group::Flint(_) => false,
     });
-    let rows = |cell: &dyn Fn(&Measured, &PathInfo) -> String| -> Vec<Vec<String>> {
-        report.hard().map(|m| cells(name_and_size(m), paths.iter().map(|path| cell(m, path)))).collect()
-    };
-    table(&mut out, &header(&["error", "n"], &paths), &rows(&error_cell));
-    let _ = writeln!(
-        out,
-        "\nTimes, `{}` = 1. librate's include evaluating M and K with bounds from the expressions, and proving zero modes; \
-         the others are given the matrices. A question mark: `{}` itself gives up.\n",
-        report.unit, report.unit
-    );
-    table(&mut out, &header(&["time", "n"], &paths), &rows(&|m, path| time_cell(report, m, path)));
+    let row = |m: &Measured| cells(name_and_size(m), paths.iter().map(|path| cell(m, path)));
+    table(&mut out, &header(&[title, "n"], &paths), &report.hard().map(row).collect::<Vec<_>>());
+    out
+}
+
+/// What those say that give up.
+fn failures(report: &Report) -> String {
+    let mut out = String::new();
     let reasons = report.hard().flat_map(|m| {
         let failed = PATHS.iter().zip(&m.verdicts).filter_map(|(path, verdict)| match verdict {
             Verdict::Failed(reason) => Some((path.label, reason.as_str())),
@@ -268,10 +229,7 @@ fn hard(report: &Report) -> String {
 
 /// What becomes of zero modes.
 fn zeros(report: &Report) -> String {
-    let mut out = String::from(
-        "## Zero modes\n\nThe largest frequency that is truly zero, in units of the lowest one that is not; librate's are \
-         proved to be zero.\n\n",
-    );
+    let mut out = String::new();
     let singular = || report.measured.iter().filter(|m| m.zeros > 0);
     let paths = present(singular(), |path| !matches!(path.group, Group::Librate(15..)));
     let row = |measured: &Measured| {
@@ -288,22 +246,10 @@ fn zeros(report: &Report) -> String {
 
 /// The families against n.
 fn sizes(report: &Report) -> String {
-    let mut out = String::from(
-        "## Against n\n\n\
-         Families whose M and K are exact in doubles, so that every error is the solver's: a chain that floats freely, \
-         a pendulum of n links, a network in which every mass is tied to every other by a \
-         spring of its own, and a chain whose mass matrix is Hilbert's, with a condition number that grows thirtyfold with each n. All paths are given the matrices, librate also the zero vector of the chain.\n\n\
-         ![Time and error against n](speed-and-error/sizes.svg)\n\n",
-    );
+    let mut out = String::new();
     for (slug, title) in families() {
         against_n(&mut out, report, slug, title);
     }
-    let _ = writeln!(
-        out,
-        "Time by that of `{}`, and the error in brackets. A question mark: `{}` itself gives up. Too long: more than the \
-         limit [below](#how-it-was-measured).",
-        report.unit, report.unit
-    );
     out
 }
 
@@ -320,11 +266,7 @@ pub(crate) fn against_n(out: &mut String, report: &Report, slug: &str, title: &s
 
 /// librate beside the tools for many digits.
 fn many_digits(report: &Report) -> String {
-    let mut out = String::from(
-        "## Many digits\n\n\
-         mpmath carries so many digits and leaves the errors to the user; python-flint computes with balls of that many digits, and \
-         what is left of them depends on the problem; librate gives that many digits, with shapes.\n\n",
-    );
+    let mut out = String::new();
     let many = |path: &PathInfo| match path.group {
         Group::Librate(digits) => digits >= 25,
         Group::Mpmath(_) | Group::Flint(_) => true,
@@ -339,11 +281,7 @@ fn many_digits(report: &Report) -> String {
 
 /// How much larger than the errors the bounds are.
 fn bounds(report: &Report) -> String {
-    let mut out = String::from(
-        "## The bounds\n\nThe largest bound that librate gives for a relative error, over all problems; how many times the true error a bound \
-         is (the median over the frequencies of a problem; here the median of the problems, and the largest); and whether any bound \
-         does not hold.\n\n",
-    );
+    let mut out = String::new();
     let mut rows = Vec::new();
     for (label, digits) in librate_paths() {
         let all: Vec<_> = report.measured.iter().filter_map(|m| m.of(label)?.certified.as_ref()).collect();
@@ -377,7 +315,7 @@ fn bounds(report: &Report) -> String {
 
 /// Where something else is faster, said plainly.
 fn losses(report: &Report) -> String {
-    let mut out = String::from("## Where librate loses\n\n");
+    let mut out = String::new();
     for family in &FAMILIES {
         let all: Vec<&Measured> = report.family(family.slug).collect();
         let costs: Vec<String> =
@@ -425,42 +363,13 @@ fn losses(report: &Report) -> String {
             ratio(largest)
         );
     }
-    out.push_str(
-        "- All modes come from dense matrices: LAPACK's tridiagonal solver and ARPACK make use of the zeros, librate only where a few modes of a \
-         large model are wanted ([above](#large-models)).\n",
-    );
     out
 }
 
-fn method(report: &Report, plan: &Plan) -> String {
-    let mut out = String::from("## How it was measured\n\n");
-    let rust = said("rustc", "--version").unwrap_or_else(|| "rustc of unknown version".to_owned());
-    let _ = writeln!(
-        out,
-        "- On {}; {rust}, release build. librate {}, nalgebra {}, faer {}, dashu-int {}.",
-        machine(),
-        env!("CARGO_PKG_VERSION"),
-        locked("nalgebra"),
-        locked("faer"),
-        locked("dashu-int")
-    );
-    if let Ok(versions) = &report.peers {
-        let all: Vec<String> =
-            versions.iter().filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?))).collect();
-        let _ = writeln!(out, "- Peers: {}; one thread, as everything here.", all.join(", "));
-    }
-    let _ = writeln!(
-        out,
-        "- CPU time of the process, the fastest of several calls ({} s of repeats after the first; what takes longer is called once). What would \
-         take more than {} s, going by the size before and n³, is left out.\n\
-         - All modes with their shapes, but ARPACK the ten lowest, and mpmath and python-flint no shapes. mpmath and python-flint are given M and K in 300 digits, up to \
-         {MANY_DIGITS} coordinates; everything else M and K in doubles.\n\
-         - True values. Hard models: references of 40 digits made by other means ([`tests/reference/hard`](../tests/reference/hard)), up to {MANY_DIGITS} coordinates continued to \
-         over 150 digits by Householder and QL in big floats of two precisions that share nothing with the solver (`examples/campaign/reference.rs`), and held against those 40. \
-         Chain: 4 sin²(jπ/2n) in 448 bits. Pendulum: zeros of Laguerre's polynomial, each with a proof by signs. Network and Hilbert: the same Householder and QL.\n\
-         - A path is run to so many digits only where the true values are known to five more. Errors of librate are those of the midpoints of its balls; what it prints is rounded \
-         to the digits asked for.",
-        plan.patience, plan.longest
-    );
-    out
+/// Those that are there.
+fn peers(report: &Report) -> String {
+    let Ok(versions) = &report.peers else { return String::new() };
+    let all: Vec<String> =
+        versions.iter().filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?))).collect();
+    format!("- Peers: {}; one thread, as everything here.\n", all.join(", "))
 }
