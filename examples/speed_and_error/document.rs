@@ -11,7 +11,7 @@ use super::cells::{cells, error, error_cell, header, present, ratio, table, time
 use super::clock::median;
 use super::growth;
 use super::large::LargeReport;
-use super::machine::{locked, machine, said};
+use super::machine::{filled, locked, machine, said};
 use super::plots;
 use super::run::{CHOLMOD, DEFAULT, FAER, Group, Measured, PATHS, PathInfo, Plan, Report, Verdict, librate_paths};
 
@@ -59,7 +59,7 @@ fn families() -> Vec<(&'static str, &'static str)> {
 
 /// The text that is in `document.txt`, with what was measured for the names in braces.
 fn text(report: &Report, chapter: &str, plan: &Plan) -> String {
-    let value = |name: &str| match name {
+    filled(include_str!("document.txt"), |name| match name {
         "missing" => missing(report),
         "unit" => report.unit.to_owned(),
         "hard" => report.hard().count().to_string(),
@@ -84,9 +84,7 @@ fn text(report: &Report, chapter: &str, plan: &Plan) -> String {
         "longest" => plan.longest.to_string(),
         "coordinates" => MANY_DIGITS.to_string(),
         library => locked(library).to_owned(),
-    };
-    let parts = include_str!("document.txt").split(['{', '}']).enumerate();
-    parts.map(|(at, part)| if at % 2 == 0 { part.to_owned() } else { value(part) }).collect()
+    })
 }
 
 /// The peers that are left out.

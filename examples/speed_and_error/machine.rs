@@ -34,3 +34,9 @@ pub(crate) fn machine() -> String {
         std::env::consts::OS,
     )
 }
+
+/// A text with values for the names that it has in braces.
+pub(crate) fn filled(text: &str, value: impl Fn(&str) -> String) -> String {
+    let parts = text.split(['{', '}']).enumerate();
+    parts.map(|(at, part)| if at % 2 == 0 { part.to_owned() } else { value(part) }).collect()
+}

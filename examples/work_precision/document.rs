@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::machine::{locked, machine, said};
+use super::machine::{filled, locked, machine, said};
 use super::picture::picture;
 use super::run::{DOP853, FULL, HEYOKA, Line, MODEL, QUICK, Report, Trip, UNTIL};
 
@@ -23,9 +23,19 @@ pub(crate) fn write(report: &Report, out: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// The text that is in `document.txt`, with what was measured for the names in braces.
 fn text(report: &Report) -> String {
-    let parts = [introduction(report), levels(report), preparation(report), trips(report), method()];
-    let text = parts.join("\n");
+    let text = filled(include_str!("document.txt"), |name| match name {
+        "until" => UNTIL.to_string(),
+        "model" => MODEL.to_owned(),
+        "left out" => left_out(report),
+        "levels" => levels(report),
+        "preparation" => preparation(report),
+        "trips" => trips(report),
+        "machine" => machine(),
+        "rust" => said("rustc", "--version").unwrap_or_else(|| "rustc".to_owned()),
+        library => locked(library).to_owned(),
+    });
     text.replace("\n\n\n", "\n\n")
 }
 
@@ -39,14 +49,8 @@ fn time(seconds: f64) -> String {
     }
 }
 
-fn introduction(report: &Report) -> String {
-    let mut out = format!(
-        "# Work against precision of motions\n\nWhat following a motion costs, and how wrong it is at the end. Written by\n\n    \
-         cargo run --release --example work_precision\n\nwhich measures everything anew; no measured number below is typed by hand. \
-         `--python PATH` names the interpreter that has the peers.\n\n\
-         A double pendulum, both masses and lengths 1, from rest at 0.3 and 0.3, for {UNTIL} s:\n\n```\n{MODEL}\n```\n\n\
-         ![CPU time against error](work-precision/double-pendulum.svg)\n\n",
-    );
+fn left_out(report: &Report) -> String {
+    let mut out = String::new();
     for line in &report.lines {
         if let (true, Some(remark)) = (line.trips.is_empty(), &line.remark) {
             let _ = writeln!(out, "Left out in this run: {} ({remark}).\n", line.name);
@@ -57,10 +61,7 @@ fn introduction(report: &Report) -> String {
 
 /// Times at the same error.
 fn levels(report: &Report) -> String {
-    let mut out = String::from(
-        "## At the same error\n\nThe time that an error takes, between the runs on both sides of it on logarithmic scales, and how many times that of \
-         librate to a tolerance it is.\n\n| error at the end |",
-    );
+    let mut out = String::new();
     let lines: Vec<&Line> = report.lines.iter().filter(|line| line.name != FULL && !line.trips.is_empty()).collect();
     for line in &lines {
         let _ = write!(out, " {} |", line.name);
@@ -142,7 +143,7 @@ fn ratio(value: f64) -> String {
 
 /// What comes before the first step.
 fn preparation(report: &Report) -> String {
-    let mut out = String::from("## Before the first step\n\n");
+    let mut out = String::new();
     let spent = |name: &str| {
         let trips = report.line(name)?.trips.iter();
         Some(extremes(trips.map(|trip| trip.prepared)))
@@ -162,9 +163,7 @@ fn preparation(report: &Report) -> String {
 }
 
 fn trips(report: &Report) -> String {
-    let mut out = String::from(
-        "\n## All runs\n\n| method | tolerance | CPU time | error at the end |\n| --- | --- | --- | --- |\n",
-    );
+    let mut out = String::new();
     for line in &report.lines {
         for Trip { tolerance, seconds, error, .. } in &line.trips {
             let asked = tolerance.map_or_else(|| "none".to_owned(), |digits| format!("1e-{digits}"));
@@ -180,16 +179,4 @@ fn trips(report: &Report) -> String {
         let _ = writeln!(out, "\nPeers: {}.", known.join(", "));
     }
     out
-}
-
-fn method() -> String {
-    format!(
-        "## How it is measured\n\nCPU time of the fastest of several runs, on {}; {}, plotters {}. A tolerance is what each integrator makes of it: librate \
-         leaves out so much of each coordinate in a step, SciPy is given it as rtol and atol, heyoka as tol. The error is that of the worst of the two angles \
-         and their rates at the end, against 40 digits by a Taylor method of order 60 at 60 digits with equations written by hand \
-         (`tests/reference/motion.py`). In doubles 9.81 and 0.3 are rounded before anything is computed.\n",
-        machine(),
-        said("rustc", "--version").unwrap_or_else(|| "rustc".to_owned()),
-        locked("plotters"),
-    )
 }
