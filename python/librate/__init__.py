@@ -7,7 +7,7 @@
 """
 
 from . import _native
-from ._errors import Diagnostic, Error, ModelWarning, Span
+from ._errors import Diagnostic, Error, FileError, MissingFileError, ModelWarning, Span
 from ._model import Model, explain, fmt, inertia
 from ._results import Batch, Derivation, Modes, Page, Picture, Result
 
@@ -18,6 +18,8 @@ __all__ = [
     "Derivation",
     "Diagnostic",
     "Error",
+    "FileError",
+    "MissingFileError",
     "Model",
     "ModelWarning",
     "Modes",

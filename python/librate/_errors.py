@@ -48,6 +48,14 @@ class Error(Exception):
         return self.args[0]
 
 
+class FileError(Error, OSError):
+    """A file that can't be read."""
+
+
+class MissingFileError(FileError, FileNotFoundError):
+    """A file that does not exist."""
+
+
 class ModelWarning(UserWarning):
     """Something legal, but suspicious, in a model."""
 
@@ -80,6 +88,12 @@ def _request(message: str, help: str | None = None) -> Error:
     """An error in a request that Python sees at once."""
     drawn = f"error: {message}" + (f"\nhelp: {help}" if help else "")
     return Error(drawn, [Diagnostic("error", None, message, help)])
+
+
+def _unread(path: object, error: OSError) -> FileError:
+    kind = MissingFileError if isinstance(error, FileNotFoundError) else FileError
+    message = f"can't read `{path}`: {error.strerror or error}"
+    return kind(f"error: {message}", [Diagnostic("error", None, message, None)])
 
 
 def _warn(shown: dict, level: int) -> list[Diagnostic]:

@@ -18,7 +18,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 
 from . import _native
-from ._errors import Diagnostic, Error, _request, _warn
+from ._errors import Diagnostic, Error, _request, _unread, _warn
 from ._results import Batch, Derivation, Modes, Page, Picture, Result
 
 Number = str | SupportsFloat
@@ -256,7 +256,10 @@ class Model:
         What is in `tables` is not read.
         """
         path = Path(path)
-        data = path.read_bytes()
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise _unread(path, error) from error
         try:
             text = data.decode("utf-8")
         except UnicodeDecodeError as error:

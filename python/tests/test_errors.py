@@ -236,8 +236,13 @@ def test_tables_are_read_beside_the_model_and_nowhere_else(tmp_path):
     with pytest.raises(librate.Error, match="allow_path"):
         librate.Model.open(folder / "model.lag")
     assert librate.Model.open(folder / "model.lag", allow_path=other).modes().omega.tolist() == [2, 3]
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError) as caught:
         librate.Model.open(folder / "none.lag")
+    assert isinstance(caught.value, librate.Error)
+    assert caught.value.diagnostics[0].message.endswith("none.lag`: No such file or directory")
+    with pytest.raises(librate.Error, match="Is a directory") as caught:
+        librate.Model.open(folder)
+    assert isinstance(caught.value, OSError)
     (folder / "model.lag").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(librate.Error, match="UTF-8"):
         librate.Model.open(folder / "model.lag")

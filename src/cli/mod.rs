@@ -331,6 +331,14 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     let known: Vec<&str> = loaded.model.parameters.iter().map(|p| p.name.as_str()).collect();
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
+    if let Some((name, _)) =
+        limits.iter().enumerate().find_map(|(at, own)| limits[..at].iter().find(|other| other.0 == own.0))
+    {
+        return Err(wrong_request(
+            format!("`{name}` has two limits"),
+            "each parameter has one limit: run the command once for each",
+        ));
+    }
     let expansion = match args.expand.as_slice() {
         [name, power] => Some(expansion(name, power, &known)?),
         _ => None,

@@ -135,13 +135,18 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     let moving: Vec<Symbol> = [time].into_iter().chain(coordinates).chain(velocities).chain(parameters).collect();
     let value = |at: &usize| {
         let own = &model.parameters[*at];
-        let value = own.value.and_then(|value| linearize::constant(&model.pool, value));
-        (own.name.clone(), value.map(|value| value.mid_f64()))
+        let value = own.value.and_then(|value| linearize::constant(&model.pool, value)).map(|value| value.mid_f64());
+        if value.is_some_and(|value| !value.is_finite()) {
+            let (what, point) = ("a second derivative of the energies".to_owned(), "these parameters".to_owned());
+            let cause = Some(format!("the value of `{}` is no number, or beyond all range", own.name));
+            return Err(LinearizeError::NotFinite { what, point, cause, span: own.span });
+        }
+        Ok((own.name.clone(), value))
     };
     Ok(Code {
         model: model.name.clone(),
         coordinates: model.coordinates.names().collect(),
-        parameters: open.iter().map(value).collect(),
+        parameters: open.iter().map(value).collect::<Result<_, _>>()?,
         rest,
         forces: compiled(model, &pool, &forces, &moving)?,
         energy: compiled(model, &pool, &[energy], &moving)?,

@@ -468,6 +468,25 @@ fn equations_read_as_a_person_writes_them() {
         printed("param m  param k  coord r, phi  T = 1/2*m*(r'^2 + r^2*phi'^2)  V = -k/r"),
         "m*r'' - m*r*phi'^2 + k/r^2 = 0\nm*r^2*phi'' + 2*m*r*r'*phi' = 0"
     );
+    // Squares behind a minus sign.
+    assert_eq!(
+        printed("coord x, y, z  T = 1/2*x'^2 + (1 + x)*(y'^2 + z'^2)  V = 1/2*x^2").lines().next(),
+        Some("x'' - (y'^2 + z'^2) + x = 0")
+    );
+}
+
+/// Twice the potential energy to second order has its brackets behind a minus sign, too, and is halved.
+#[test]
+fn energies_to_second_order_keep_their_signs() {
+    let printed = |potential: &str| {
+        let text = format!("coord x, y  T = 1/2*(x'^2 + y'^2)  V = {potential}");
+        let own = derive(&model(&text), &Parts::all()).unwrap();
+        own.displaced_text(&own.linear.as_ref().unwrap().second_order.as_ref().unwrap().potential)
+    };
+    assert_eq!(printed("cos(x) + cos(y)"), "-1/2*(x^2 + y^2)");
+    assert_eq!(printed("-1/2*(x + y)^2"), "1/2*(-(x^2 + y^2) - 2*x*y)");
+    assert_eq!(printed("x^2 + y^2"), "x^2 + y^2");
+    assert_eq!(printed("-3*x^2 - 3*y^2"), "-1/2*6*(x^2 + y^2)");
 }
 
 #[test]

@@ -82,6 +82,9 @@ fn forces_vanish_near_the_guess() {
     // From a start without stiffness there is no way.
     let error = at("coord x  T = 1/2*x'^2  force x = 3 - x^3").unwrap_err();
     assert!(matches!(error, LinearizeError::EquilibriumNotFound { .. }), "{error:?}");
+    // Forces that are lost in rounding say nothing.
+    let error = at("param k = 4  coord x  T = 1/2*x'^2  V = 1/2*k*integral(s in 0..1, (1 + s*x)^200)  guess x = -2");
+    assert!(matches!(error.unwrap_err(), LinearizeError::EquilibriumNotFound { .. }));
     // Nowhere at rest: what is told is the place of each coordinate, once.
     let error = at("coord x, y  T = 1/2*(x'^2 + y'^2)  V = y^2  force x = 2 + sin(x)*cos(y)").unwrap_err();
     let told = librate::diagnostic::Diagnostic::from(&error);

@@ -118,6 +118,18 @@ fn damped_modes_have_their_damping_ratio() {
         assert!((number("damping_ratio") / ratio - 1.0).abs() < 1e-9, "{json}");
         assert!((number("quality_factor") * 2.0 * ratio - 1.0).abs() < 1e-9, "{json}");
     }
+    // A mirror of friction and rotation, too, has classes; one that friction does not share has none.
+    let classes = |dampers: &str, rest: &str| {
+        let text = format!(
+            "coord x[1..3]  lagrangian = 1/2*dot(x', x') - 1/2*((x[1] - x[2])^2 + (x[2] - x[3])^2 + dot(x, x)){rest}
+             dissipation = {dampers}"
+        );
+        let modes = normal_modes(&linearize(model(&text)).unwrap(), &Options::default()).unwrap();
+        modes.modes.iter().map(|mode| mode.symmetry.clone().unwrap_or_default()).collect::<Vec<_>>()
+    };
+    assert_eq!(classes("0.1*x[2]'^2", ""), ["even", "odd", "even"]);
+    assert_eq!(classes("0.1*x[2]'^2", " + 3/10*x[2]'*(x[1] + x[3])"), ["even", "odd", "even"]);
+    assert_eq!(classes("0.1*x[1]'^2", ""), ["", "", ""]);
     let text = "coord x T = 1/2*x'^2 V = 1/2*x^2";
     let linearized = linearize(model(text)).unwrap();
     let modes = normal_modes(&linearized, &Options::default()).unwrap();

@@ -188,6 +188,24 @@ fn modes_start_with_the_sign_of_their_shapes() {
     }
 }
 
+/// The largest component of a mode is displaced by the amplitude under constraints, too, which the others follow.
+#[test]
+fn modes_under_constraints_start_at_their_amplitude() {
+    let model =
+        model("param g = 9.81  coord x, y  T = 1/2*(x'^2 + y'^2)  V = g*y  constraint x^2 + y^2 = 4  guess y = -1");
+    let linearized = linearize(model.clone()).unwrap();
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    let system = System::new(&model).unwrap();
+    let start = |by: f64| {
+        let amplitude = share(&linearized, by);
+        Start::mode(1, &amplitude, linearized.model(), (&linearized, &modes), &system)
+    };
+    let own = start(1.0).unwrap();
+    assert_eq!(own.positions[0].mid_f64(), 1.0);
+    assert!((own.positions[1].mid_f64() + 3.0_f64.sqrt()).abs() <= 1e-15);
+    assert!(matches!(start(3.0), Err(MotionError::OffConstraints { .. })));
+}
+
 #[test]
 fn modes_start_small_motions() {
     let mut followed = 0;

@@ -38,6 +38,8 @@ const MOST_SYMBOLS: u64 = 500;
 const MOST_TERMS: usize = 1000;
 /// Conditions of more symbols are left out.
 const MOST_IN_CONDITION: u64 = 5000;
+/// Longer ones give way to simple ones that are sufficient.
+const MOST_BESIDE_ENERGY: u64 = 100;
 
 /// Polynomials in s, the constant first, row by row.
 type Matrix = Vec<Vec<Vec<ExprId>>>;
@@ -207,13 +209,31 @@ impl Factored {
         pool: &mut Algebra<'_>,
         linear: &Linear,
     ) -> Option<(Vec<StabilityCondition>, bool)> {
-        let conservative = linear.is_conservative();
-        if linear.damping.is_some()
-            && linear.mass.len() > FEW
-            && let Some(found) = by_energy(checker, pool, linear)
-        {
-            return Some((found, false));
+        // M > 0 is taken for granted, unless the values say otherwise.
+        let is_negative = |pool: &mut Algebra<'_>, i: usize| checker.is_negative(pool, linear.mass[i][i]) == Some(true);
+        if (0..linear.mass.len()).any(|i| is_negative(pool, i)) {
+            return None;
         }
+        let by_energy =
+            (linear.damping.is_some() && linear.mass.len() > FEW).then(|| by_energy(checker, pool, linear)).flatten();
+        let is_needed = |own: &StabilityCondition| own.role != Role::Sufficient;
+        if by_energy.as_ref().is_some_and(|all| all.iter().all(is_needed)) {
+            return Some((by_energy?, false));
+        }
+        let exact = self.by_signs(checker, pool, linear);
+        let mut is_short = |own: &StabilityCondition| pool.weight_of(&[own.positive]) <= MOST_BESIDE_ENERGY;
+        let exact = exact.filter(|(all, _)| by_energy.is_none() || all.iter().all(&mut is_short));
+        exact.or_else(|| Some((by_energy?, false)))
+    }
+
+    /// The same from the signs of what Routh and Hurwitz have, or of discriminants.
+    fn by_signs(
+        &self,
+        checker: &Checker<'_>,
+        pool: &mut Algebra<'_>,
+        linear: &Linear,
+    ) -> Option<(Vec<StabilityCondition>, bool)> {
+        let conservative = linear.is_conservative();
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
         let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
         // Exponents of several factors may be equal, without vectors enough.

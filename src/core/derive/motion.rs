@@ -215,11 +215,17 @@ impl MotionSum {
             count += 1;
             append(&mut out, negative, &text);
         }
+        let moves = self.terms.iter().all(|term| !term.motion.is_empty());
         match self.factor {
             Factor::One => out,
-            Factor::Half if count == 1 && self.terms.len() > 1 && out.ends_with(')') && !out.starts_with('-') => {
-                format!("1/2*{out}")
-            }
+            Factor::Half if count == 1 && moves && out.starts_with("2*") => match &out[2..] {
+                all if all.starts_with('(') && all.find(')') == Some(all.len() - 1) => all[1..all.len() - 1].to_owned(),
+                rest => rest.to_owned(),
+            },
+            Factor::Half if count == 1 && self.terms.len() > 1 && out.ends_with(')') => match out.strip_prefix('-') {
+                Some(rest) => format!("-1/2*{rest}"),
+                None => format!("1/2*{out}"),
+            },
             Factor::Half => format!("1/2*({out})"),
         }
     }
@@ -299,7 +305,7 @@ impl MotionTerm {
         };
         let products = all.iter().map(|own| own.motion_text(name));
         let motion = match (all.len(), products.collect::<Vec<_>>().join(" + ")) {
-            (2.., sum) if rest.is_some() || functions.is_some() => format!("({sum})"),
+            (2.., sum) if first.negative || rest.is_some() || functions.is_some() => format!("({sum})"),
             (_, sum) => sum,
         };
         (first.negative, around(rest, &motion, functions))

@@ -13,7 +13,7 @@ use super::inputs::Inputs;
 use super::newton::Downhill;
 use crate::expr::Tape;
 use crate::model::Model;
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, Big, Scalar};
 
 /// More steps than this find nothing either.
 const MOST_STEPS: usize = 1000;
@@ -151,12 +151,33 @@ impl Search<'_> {
         DMatrix::from_diagonal(&nalgebra::DVector::from_vec(units))
     }
 
+    /// Whether the stiffness is nothing but rounding, and with more bits the equilibrium is elsewhere: the force was lost in rounding.
+    fn is_hidden(&self, at: &[Ball], start: &[Ball]) -> bool {
+        let n = at.len();
+        let largest = |matrix: &[Ball], size: fn(&Ball) -> f64| {
+            let entries = self.free.iter().flat_map(|i| self.free.iter().map(move |j| i + n * j));
+            entries.map(|place| size(&matrix[place])).fold(0.0, f64::max)
+        };
+        let size: fn(&Ball) -> f64 = |x| x.mid_f64().abs();
+        let stiffness = self.assembly.stiffness(at, self.values);
+        if largest(&stiffness, |x| x.radius) <= largest(&stiffness, size) {
+            return false;
+        }
+        let centre: Vec<Ball> = at.iter().map(|x| Ball::new(x.mid, 0.0)).collect();
+        let Some((point, values)) = self.closer(&centre, None) else { return false };
+        let force = self.assembly.gradient(&point, &values);
+        let force = self.free.iter().map(|i| size(&force[*i].to_ball())).fold(0.0, f64::max);
+        let stiffness: Vec<Ball> = self.assembly.stiffness(&point, &values).iter().map(Big::to_ball).collect();
+        let scale = at.iter().zip(start).map(|(a, b)| size(a) + size(b)).fold(0.0, f64::max);
+        force > 1e-10 * scale * largest(&stiffness, size)
+    }
+
     /// Whether a point without a proof may pass for one at rest: what is left to go is next to
     /// nothing beside the way from the start, in units in which no coordinate hides behind another.
     pub(super) fn rests(&self, at: &[Ball], start: &[Ball]) -> bool {
         let gradient = self.gradient(at);
         if self.free.iter().all(|i| gradient[*i].contains_zero()) {
-            return true;
+            return !self.is_hidden(at, start);
         }
         let metric = self.stiffness_metric(at);
         let force = self.weighted(&gradient, &metric);

@@ -283,8 +283,8 @@ impl Search<'_> {
         let mut held: Vec<usize> = (0..at.len()).collect();
         held.retain(|i| self.free.binary_search(i).is_err());
         let open = !self.assembly.unstressed && held.iter().any(|i| !force[*i].is_zero() && force[*i].contains_zero());
-        if open && let Some(closer) = self.closer_force(at, proof) {
-            force = closer;
+        if open && let Some((point, values)) = self.closer(at, proof) {
+            force = self.assembly.gradient(&point, &values).iter().map(Big::to_ball).collect();
         }
         let acting = held.into_iter().find(|i| !force[*i].contains_zero());
         acting.map_or(Ok(()), |i| Err(self.acts(i, force_text(self.model, i, -force[i].mid_f64()))))
@@ -302,17 +302,16 @@ impl Search<'_> {
         in_numbers(&self.model.pool, at, bits, |i| self.model.equilibria.get(i)?.value, other)
     }
 
-    /// The forces with [`BITS_TO_VERIFY`] bits, if the place is known as well.
-    fn closer_force(&self, at: &[Ball], proof: Option<&Proof>) -> Option<Vec<Ball>> {
+    /// A point and the values with [`BITS_TO_VERIFY`] bits, if the place is known as well.
+    pub(super) fn closer(&self, at: &[Ball], proof: Option<&Proof>) -> Option<(Vec<Big>, Values<Big>)> {
         let bits = BITS_TO_VERIFY.max(proof.map_or(0, |own| own.bits));
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
-        let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
         let known = |value: &Ball| value.is_exact() || proof.is_some();
         let mut point = self.in_bits(at, bits, |value| known(value).then(|| Big::from_ball(value, bits)))?;
         if let Some(proof) = proof {
-            point = proof.refine(point, bits, gradient)?;
+            point = proof.refine(point, bits, |at: &[Big]| self.assembly.gradient(at, &values))?;
         }
-        Some(gradient(&point).iter().map(Big::to_ball).collect())
+        Some((point, values))
     }
 
     /// Searches from `at`; gives the number of steps, and a proof if there is one.

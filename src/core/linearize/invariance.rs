@@ -68,7 +68,8 @@ pub(crate) struct Invariance {
 impl Linearized {
     /// The energies at the values of the parameters; `None` where they are not all there is.
     pub(crate) fn invariance(&self) -> Option<Invariance> {
-        if self.is_constrained() || self.structure() != Structure::Conservative {
+        let steady = self.structure() != Structure::Conservative && self.rates().iter().any(|rate| !rate.is_zero());
+        if self.is_constrained() || steady {
             return None;
         }
         let known = known_values(&self.model);

@@ -110,6 +110,7 @@ pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Ve
         // The decaying partner of each that grows: a pair ±s is one entry.
         modes.retain(|mode| mode.kind != Kind::Overdamped);
     }
+    super::symmetry::classify(linearized, &mut modes);
     let zeros: Vec<&NormalMode> = modes.iter().filter(|mode| mode.kind == Kind::Zero).collect();
     let mut zero_motions = super::zero_motions(zero_modes);
     if zeros.is_empty() {

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::NormalMode;
 use crate::linearize::{Entries, Invariance, Linearized};
 use crate::order::Order;
 use crate::precision::{Ball, Big, Enclosure, Function, SparseMatrix};
@@ -59,6 +60,38 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
     }
     // Where coordinates are not exchanged one by one, the mirror of a body in a plane may lie askew.
     by_entries(linearized, mass, stiffness).or(of_bodies)
+}
+
+/// Gives classes to modes with friction or rotation, whose real and imaginary parts are shapes of one class each.
+pub(super) fn classify(linearized: &Linearized, modes: &mut [NormalMode]) {
+    let n = linearized.model().coordinates.len();
+    let is_whole = |own: &NormalMode| own.vector.len() == n;
+    if !(2..=MOST_COORDINATES).contains(&n) || linearized.dimension() != n || !modes.iter().any(is_whole) {
+        return;
+    }
+    let [mass, stiffness] =
+        [linearized.mass(), linearized.stiffness()].map(|matrix| SparseMatrix::from_dense(n, &matrix));
+    let Some(mut labels) = by_entries(linearized, &mass, &stiffness) else { return };
+    let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let parts = modes.iter().map(|own| {
+        let most = size(&own.vector).max(size(&own.imaginary));
+        let error = own.vector_error_bound;
+        let is_there = |x: &&Vec<f64>| size(x) > error.max(1e-9 * most);
+        [&own.vector, &own.imaginary].into_iter().filter(is_there).map(|x| (x.clone(), error)).collect::<Vec<_>>()
+    });
+    let parts: Vec<Vec<(Vec<f64>, f64)>> = parts.collect();
+    let found = labels.of(&parts.concat());
+    // Of a larger group without names of its classes their numbers would tell little.
+    if found.iter().flatten().any(|class| class.starts_with("class")) {
+        return;
+    }
+    let mut classes = found.into_iter();
+    for (mode, parts) in modes.iter_mut().zip(&parts) {
+        let mut own = classes.by_ref().take(parts.len());
+        let first = own.next().flatten();
+        mode.symmetry = first.filter(|first| own.by_ref().all(|other| other.as_ref() == Some(first)));
+        own.for_each(drop);
+    }
 }
 
 /// From permutations of coordinates, with signs.

@@ -269,7 +269,10 @@ impl Start {
                 start.known[at] = Known::Open;
             }
         }
-        start.onto_constraints(system, &[], &held(model, Some(linearized)))?;
+        let coordinate = places.get(largest).copied().unwrap_or_default();
+        let (value, known) = (start.positions[coordinate], start.known[coordinate].clone());
+        let displaced = Given { coordinate, moves: false, value, known, half_unit: None, computed: false };
+        start.onto_constraints(system, &[displaced], &held(model, Some(linearized)))?;
         Ok(start)
     }
 
