@@ -176,8 +176,9 @@ pub fn derive_json(derivation: &Derivation) -> String {
     if let Some(found) = linear.and_then(|own| own.frequencies.as_ref()) {
         frequency_fields(page, found, &mut fields);
     }
-    if let Some(linear) = linear {
-        exponent_fields((page, derivation), linear, &mut fields);
+    match linear.filter(|own| own.exponents.is_some()) {
+        Some(linear) => exponent_fields((page, derivation), linear, &mut fields),
+        None => fields.extend([("characteristic", null()), ("exponents", "[]".to_owned()), ("stability", null())]),
     }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {

@@ -92,8 +92,10 @@ fn held(found: &Linearized, free: &[usize]) -> Vec<usize> {
 /// # Errors
 /// As [`linearize::derive`]; constraints, coordinates without inertia, and more than 200 coordinates.
 pub fn code(model: &Model) -> Result<Code, LinearizeError> {
-    if let Some(constraint) = model.constraints.iter().chain(&model.rolling).next() {
-        return Err(LinearizeError::Unsupported { feature: Feature::Constraint, span: constraint.span });
+    for (constraints, feature) in [(&model.constraints, Feature::Constraint), (&model.rolling, Feature::Rolling)] {
+        if let Some(constraint) = constraints.first() {
+            return Err(LinearizeError::Unsupported { feature, span: constraint.span });
+        }
     }
     let n = model.coordinates.len();
     if n > MOST_COORDINATES {

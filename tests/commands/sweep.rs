@@ -73,7 +73,8 @@ fn what_is_no_range_is_refused() {
         ("k=1..2", "NAME=a..b:count"),
         ("k=1:2", "NAME=a..b:count"),
         ("k=1..2:0", "1 to 1000000"),
-        ("k=1..2:1e9", "whole number"),
+        ("k=1..2:1e9", "1 to 1000000"),
+        ("k=1..2:1.5", "whole number"),
         ("k=1..2:3000000", "1 to 1000000"),
         ("k=1..x:3", "`x` is not a constant"),
         ("k=1/0..2:3", "not a constant"),
@@ -87,6 +88,7 @@ fn what_is_no_range_is_refused() {
     }
     let unknown = run(&["sweep", "models/chain_walls.lag", "--over", "zeta=1..2:3"]);
     assert_eq!((unknown.status, unknown.out.as_str()), (1, ""));
+    assert_eq!(Range::parse("k=1..2:1e2").unwrap().len(), 100);
     // Parts beyond the range of doubles.
     let range = Range::parse("k=1..2*exp(800)/(exp(800) + 1):2").unwrap();
     assert_eq!(range.value(1), Some(2.0));

@@ -204,6 +204,19 @@ fn a_derivation_is_what_a_book_says() {
     assert_eq!(first, "1/2*sqrt((7*k - 2*l*P - sqrt((2*l*P - 7*k)^2 - 8*k^2))/m)/l");
 }
 
+/// A charge on a hill in a magnetic field: s⁴ + (B² - w²) s² + w⁴/4, imaginary where B² > 2 w².
+#[test]
+fn conditions_of_stability_make_frequencies_of_complex_exponents() {
+    let text = "param B, w  coord x, y
+        lagrangian = 1/2*(x'^2 + y'^2) + B/2*(x*y' - y*x') + 1/4*w^2*(x^2 + y^2)";
+    let text = librate::report::derive_json(&page(&model_in(text, Path::new("."), &[])));
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((&found["stability"][0], &found["frequencies_complete"]), (&"B^2 - 2*w^2".into(), &true.into()));
+    let squares: Vec<&str> =
+        found["frequencies"].as_array().unwrap().iter().map(|own| own["omega_squared"].as_str().unwrap()).collect();
+    assert_eq!(squares, ["1/4*(B + sqrt(B^2 - 2*w^2))^2", "1/4*(sqrt(B^2 - 2*w^2) - B)^2"]);
+}
+
 #[test]
 fn the_imaginary_unit_is_no_name_of_the_model() {
     let text = "param i = 2  param m = 1  coord x  T = 1/2*m*x'^2  V = 1/2*i*x^2";

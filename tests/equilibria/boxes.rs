@@ -264,14 +264,21 @@ fn families_are_not_counted() {
     assert!(points(&of("coord x, y T = 1/2*(x'^2 + y'^2) V = x", "x=-1..2, y=-1..1")).is_empty());
     // The centre turns into itself.
     assert_near(&of("coord x, y T = 1/2*(x'^2 + y'^2) V = x^2 + y^2", "x=-1..2, y=-1..1"), &[&[0.0, 0.0]]);
-    // A quartic well: there is one, but nothing tells that it is alone.
-    let quartic = of("coord x T = 1/2*x'^2 V = x^4", "x=-1..2");
-    assert!(!quartic.complete && quartic.equilibria.len() == 1 && quartic.undecided.len() == 1);
-    assert!(quartic.reasons.iter().all(|reason| !reason.contains("not isolated")), "{:?}", quartic.reasons);
-    assert_eq!(quartic.equilibria[0].isolated, None);
-    // A saddle and a minimum that have just met.
-    let fold = of("coord x T = 1/2*x'^2 V = x^3 + (x - 1)^2*0", "x=-1..2");
-    assert!(!fold.complete && fold.undecided.len() == 1, "{fold:?}");
+    // Degenerate, but alone: the first derivative that is not 0 has one sign all around.
+    for (well, others) in [("x^4", 0), ("cosh(x) - 1 - x^2/2", 0), ("x^3", 0), ("x^6 - x^4", 2), ("(x - 1)^4", 0)] {
+        let found = of(&format!("coord x T = 1/2*x'^2 V = {well}"), "x=-2..2");
+        assert!(found.complete && found.equilibria.len() == 1 + others, "{well}: {found:?}");
+        assert!(found.equilibria.iter().all(|own| own.isolated == Some(true)), "{well}");
+    }
+    // Of several coordinates, and beside a kink, nothing tells that it is.
+    for text in
+        ["coord x, y T = 1/2*(x'^2 + y'^2) V = x^4 + y^2", "coord x, y T = 1/2*(x'^2 + y'^2) V = abs(x)*x^3 + y^2"]
+    {
+        let quartic = of(text, "x=-1..2, y=-1..2");
+        assert!(!quartic.complete && quartic.equilibria.len() == 1 && quartic.undecided.len() == 1);
+        assert!(quartic.reasons.iter().all(|reason| !reason.contains("not isolated")), "{:?}", quartic.reasons);
+        assert_eq!(quartic.equilibria[0].isolated, None);
+    }
 }
 
 /// What rotations carry about is found once, on an axis and in a plane; the centre is alone.

@@ -14,6 +14,7 @@ use librate::number::Number;
 use librate::precision::{Ball, Big, Scalar};
 use librate::syntax;
 use librate_core::precision::Enclosure;
+use librate_studies::floquet::exponent;
 use librate_studies::flow::{Enclosing, Equations, Plain};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -305,6 +306,16 @@ fn what_lies_on_the_border_is_undecided() {
     let single = free.multipliers.iter().filter(|own| own.place == Place::On && own.single);
     assert_eq!(single.count(), 2);
     assert!(free.multipliers.iter().all(|own| own.place == Place::On));
+}
+
+/// cos t over half of its period is -1 times itself: the exponents are i, which of its two signs is open.
+#[test]
+fn exponents_on_the_cut_have_their_frequency() {
+    let found = multipliers_of("coord x  T = 1/2*x'^2  V = 1/2*x^2 + 0*sin(2*t)*x^2 + sin(2*t)  period pi");
+    for own in &found.multipliers {
+        let (growth, omega) = exponent(own, &found.period);
+        assert!(growth.mid_f64().abs() < 1e-12 && (omega.mid_f64() - 1.0).abs() < 1e-12, "{growth:?} {omega:?}");
+    }
 }
 
 #[test]

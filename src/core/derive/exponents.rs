@@ -50,8 +50,8 @@ pub struct Exponents {
 }
 
 impl Exponents {
-    /// -s² of the exponents that are real or imaginary, each pair once, as text with its multiplicity: what squares of frequencies are
-    /// where nothing is damped.
+    /// -s² of the exponents that are real or imaginary, or become so where a condition of stability holds, each pair once, as text with its
+    /// multiplicity: what squares of frequencies are where nothing is damped.
     #[must_use]
     pub fn squares_of_frequencies(&self, pool: &mut Pool) -> Vec<(String, usize)> {
         let pool = &mut Algebra::new(pool);
@@ -63,7 +63,22 @@ impl Exponents {
                     let square = pool.square(own.real);
                     pool.neg(square)
                 }
-                (false, false) => continue,
+                // ±a ± ib with a = √(-r²) stand for ±i(b ± r) where r² > 0.
+                (false, false) => {
+                    let square = pool.square(own.real);
+                    let negative = pool.neg(square);
+                    let is_condition = |pool: &mut Algebra<'_>, condition: &StabilityCondition| {
+                        let ratio = pool.div(condition.positive, negative);
+                        let ratio = pool.simplify(ratio);
+                        pool.as_number(ratio).is_some_and(|own| !own.is_zero() && !own.is_negative())
+                    };
+                    if !self.stability.iter().flatten().any(|condition| is_condition(pool, condition)) {
+                        continue;
+                    }
+                    let root = pool.sqrt(negative);
+                    let sum = pool.add(root, own.imaginary);
+                    pool.square(sum)
+                }
             };
             let square = pool.simplify(square);
             *all.under(square) += own.multiplicity;

@@ -206,7 +206,7 @@ Error LinearizeError {
     } => at(*span, "")
         .with_help(match feature {
             Feature::Rolling => "`modes` and `motion` cover them; their equilibria come in families and are not isolated",
-            Feature::Massless => "`modes` and `response` cover it; for other commands give it a small inertia",
+            Feature::Massless => "`modes`, `derive`, `sweep`, `sensitivity`, `response` and `export` of matrices cover it; for other commands give it a small inertia",
             Feature::Constraint => "write the energies in independent coordinates, such as an angle in place of x and y on a circle; `modes` covers constraints",
             _ => "`modes` covers it",
         }),

@@ -354,8 +354,11 @@ impl<'a> Scene<'a> {
 
     fn too_large(&mut self, part: ExprId) -> String {
         let given = self.given(part);
+        let parts = self.pool.reachable(&[part]);
+        let number = self.evaluate(&parts).and_then(|all| all.get(parts.binary_search(&part).ok()?).cloned());
+        let size = if number.is_some_and(|own| own.mid_f64().abs() < 1.0) { "small" } else { "large" };
         match self.quoted(part) {
-            Some(text) => format!("{text} is too large{given}"),
+            Some(text) => format!("{text} is too {size}{given}"),
             None => "a number is too large or too small to be calculated with".to_owned(),
         }
     }

@@ -2,6 +2,7 @@
 
 use super::{Constant, ModelError, Settings};
 use crate::expr::evaluate_closed;
+use crate::number::Number;
 use crate::precision::Ball;
 
 /// More places than this are not swept over.
@@ -36,7 +37,9 @@ impl Range {
         let (name, range) = text.split_once('=').ok_or_else(|| bad(form))?;
         let (ends, count) = range.rsplit_once(':').ok_or_else(|| bad(form))?;
         let (from, to) = ends.split_once("..").ok_or_else(|| bad(form))?;
-        let count: usize = count.trim().parse().map_err(|_| bad("the count is a whole number"))?;
+        let whole = Number::parse(count.trim()).and_then(|count| count.to_i64());
+        let count =
+            whole.and_then(|count| usize::try_from(count).ok()).ok_or_else(|| bad("the count is a whole number"))?;
         if !(1..=MOST_PLACES).contains(&count) {
             return Err(bad("the count is a number from 1 to 1000000"));
         }

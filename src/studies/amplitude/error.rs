@@ -9,8 +9,8 @@ use librate_core::model::Feature;
 fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
-            "the change of frequencies with the amplitude is not computed for energies that contain the time",
-            "leave out terms that have no effect on the equations of motion; `motion` integrates a driven model",
+            "the change of frequencies with the amplitude is not computed for models that contain the time",
+            "leave out this term if it has no effect on the equations of motion; `motion` integrates a driven model",
         ],
         Feature::Dissipation => [
             "friction dissipates energy: the amplitude is not constant",

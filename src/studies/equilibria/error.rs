@@ -33,7 +33,7 @@ Error EquilibriaError {
     "E0722" BadRange {
         /// The coordinate.
         coordinate: String,
-        /// `reversed` or `infinite`.
+        /// `reversed`, `infinite` or `too large`.
         what: &'static str,
         /// The lower end.
         from: String,

@@ -47,6 +47,8 @@ const MOST_EXAMPLES: usize = 20;
 const MOST_NAMED: usize = 3;
 /// A place smaller than this, beside the box, may be one equilibrium.
 const SMALL: f64 = 1e-4;
+/// Derivatives of a force of one coordinate that may vanish at an equilibrium.
+const MOST_ORDER: usize = 8;
 /// A range of one value is searched with so much on each side, beside its value.
 const POINT: f64 = 1e-6;
 /// Undecided pieces are gathered one by one up to so many.
@@ -258,11 +260,16 @@ impl<'a> Task<'a> {
             // What lies in the region of a proved one is that.
             let is_new = |at: &Vec<Ball>| !findings.roots.iter().any(|root| are_within(at, &root.region));
             let is_centre = |at: &Vec<Ball>| self.rotations.fix(&self.embedded(at));
+            let mut alone = false;
             if let Some(at) = self.exactly(&place.hull, forces).filter(is_new).filter(is_centre) {
+                alone = self.is_only_one(&at, &place.hull);
+                let isolated = |own: &bool| alone || !own;
                 let placed = self.placed(&self.embedded(&at));
-                equilibria.extend(placed.map(|own| Equilibrium { isolated: own.isolated.filter(|own| !own), ..own }));
+                equilibria.extend(placed.map(|own| Equilibrium { isolated: own.isolated.filter(isolated), ..own }));
             }
-            undecided.push(self.told(&place));
+            if !alone {
+                undecided.push(self.told(&place));
+            }
         }
         sort(&mut equilibria);
         let mut reasons = Vec::new();
@@ -414,6 +421,28 @@ impl<'a> Task<'a> {
         let force = forces.prepare::<Ball>().force(&inputs);
         let (_, equations) = force.split_last()?;
         equations.iter().all(Ball::is_zero).then_some(at)
+    }
+
+    /// Whether an equilibrium is the only one at a place of one coordinate: there the derivatives of the force vanish up to one that vanishes nowhere
+    /// at the place.
+    fn is_only_one(&self, at: &[Ball], place: &[Interval]) -> bool {
+        let mut rest = self.rest.clone();
+        let ([own], [x], [side], []) = (rest.coordinates.as_slice(), at, place, self.parameters.as_slice()) else {
+            return false;
+        };
+        let (own, exact) = (*own, Number::from_f64_exact(x.mid_f64()).unwrap_or_default());
+        let Some(mut slope) = gradient(&mut rest).first().copied() else { return false };
+        let there: Substitution = [(own, rest.pool.number(exact))].into_iter().collect();
+        for _ in 0..MOST_ORDER {
+            let value = rest.pool.substitute_one(slope, &there);
+            if !rest.pool.vanishes(value) {
+                let tape = Tape::compile(&rest.pool, &[slope], &[own]).ok();
+                let range = tape.map(|tape| tape.prepare::<Interval>(()).evaluate(&[*side], &mut Vec::new()));
+                return range.is_some_and(|range| range.iter().all(|own| own.is_finite() && !own.contains(0.0)));
+            }
+            slope = rest.pool.diff(slope, own);
+        }
+        false
     }
 
     /// One equilibrium of each undecided place that `modes` finds from there and proves, and along what it is not isolated.

@@ -77,7 +77,7 @@ fn side(
         }
         let value = Constant::read(text).map_err(|reason| bad(&reason))?;
         let value = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite);
-        let value = value.ok_or_else(|| wrong("infinite"))?;
+        let value = value.ok_or_else(|| wrong("too large"))?;
         let factor = coordinate.factor.and_then(|factor| linearize::constant(&model.pool, factor));
         Ok(factor.map_or(value, |factor| value.mul(&factor)))
     };

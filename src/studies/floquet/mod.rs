@@ -325,9 +325,14 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
 #[must_use]
 pub fn exponent(multiplier: &Multiplier, period: &Ball) -> (Ball, Ball) {
     let growth = if multiplier.place == Place::On { Ball::ZERO } else { multiplier.log_modulus() / *period };
+    // On both sides of the cut it is next to pi.
+    let is_on_cut = multiplier.re.is_negative() && multiplier.im.contains_zero();
     let angle = match &multiplier.precise {
+        Some(precise) if is_on_cut => (-&precise[1]).atan2(&-&precise[0]).to_ball(),
         Some(precise) => precise[1].atan2(&precise[0]).to_ball(),
+        None if is_on_cut => Scalar::atan2(&-multiplier.im, &-multiplier.re),
         None => Scalar::atan2(&multiplier.im, &multiplier.re),
     };
+    let angle = if is_on_cut { angle + Ball::PI } else { angle };
     (growth, angle / *period)
 }

@@ -11,15 +11,15 @@ use librate_core::span::Span;
 fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
-            "the energies contain the time, but the period is computed from a conserved energy",
-            "leave out terms that have no effect on the equations of motion; `motion` integrates the others",
+            "the model contains the time, but the period is computed from a conserved energy",
+            "leave out this term if it has no effect on the equations of motion; `motion` integrates the others",
         ],
         Feature::Dissipation => [
             "friction dissipates energy: no motion of this model is periodic",
             "without this line the model has the period without friction; `modes` computes the damped oscillations",
         ],
         Feature::Force => [
-            "a generalised force acts: energy is not conserved",
+            "a generalised force acts: the energy need not be conserved",
             "a force of the coordinate alone has a potential: write it into V; `motion` integrates the others",
         ],
         Feature::Constraint | Feature::Rolling => {
