@@ -57,6 +57,9 @@ pub(super) struct Bordered {
     turn: c64,
 }
 
+/// More than there can be singular values.
+pub(super) const NO_PIVOT: usize = usize::MAX;
+
 /// Columns and entries of a row of a complex matrix, by rising column.
 pub(super) type Row = Vec<(usize, Complex<Ball>)>;
 
@@ -247,9 +250,10 @@ impl Bordered {
         self.pencil.factor(part * self.pencil.stiffness_norms.0)
     }
 
-    /// A proved lower bound of the singular values in units of E, next to `wanted`; else how many seem to be less.
+    /// A proved lower bound of the singular values in units of E, next to `wanted`; else how many seem to be less, [`NO_PIVOT`] where there is no
+    /// decomposition.
     pub(super) fn least(&self, wanted: f64) -> Result<f64, usize> {
-        let factor = self.pencil.factor(wanted).ok_or(0_usize)?;
+        let factor = self.pencil.factor(wanted).ok_or(NO_PIVOT)?;
         let half = self.pencil.dimension() / 2;
         let least = (wanted - factor.error) * (1.0 - 4.0 * U);
         // Real and imaginary parts count each twice.

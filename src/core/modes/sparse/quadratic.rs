@@ -20,7 +20,7 @@ use faer::{Mat, c64};
 use super::super::exponents::{Exponent, Exponents, Limit, finish};
 use super::super::{Options, PrecisionLevel, Stability};
 use super::Wanted;
-use super::bordered::{Border, Bordered, Form};
+use super::bordered::{Border, Bordered, Form, NO_PIVOT};
 use super::lanczos::Seed;
 use super::rows::Rows;
 use super::shifted::{Pattern, Pencil};
@@ -156,11 +156,12 @@ pub fn solve_sparse_quadratic(
         pattern: Pattern::default(),
     };
     // On an exponent there is no decomposition that is of use.
-    ASIDES.iter().find_map(|by| {
+    let found = ASIDES.iter().find_map(|by| {
         let sigma = c64::new(0.0, center * (1.0 + by));
         let search = Search { problem, form: &form, definite, bounded, sigma, near, budget };
         search.run(count.min(form.dimension()), options)
-    })
+    });
+    found.flatten()
 }
 
 /// Why the lowest are not found, in words.
@@ -245,7 +246,8 @@ fn symmetric_part(matrix: &SparseMatrix, by: f64) -> SparseMatrix {
 }
 
 impl Search<'_> {
-    fn run(&self, count: usize, options: &Options) -> Option<Exponents> {
+    /// The exponents; `Some(None)` where rounding leaves no proof, which another σ does not change.
+    fn run(&self, count: usize, options: &Options) -> Option<Option<Exponents>> {
         let wanted = if self.near.is_some() { count as f64 } else { 1.5 * count as f64 };
         let mut all = self.approximations((FAR * wanted) as usize + BEYOND, count, &[])?;
         let mut refined: Vec<Refined> = Vec::new();
@@ -273,8 +275,9 @@ impl Search<'_> {
                     proof = Some(found);
                     break;
                 }
+                Err(NO_PIVOT) => return None,
                 // Equal exponents have a vector each.
-                Err(0) => return None,
+                Err(0) => return Some(None),
                 Err(missing) => {
                     all.truncate(k);
                     all.extend(self.approximations(missing + BEYOND, missing, &refined)?);
@@ -324,7 +327,7 @@ impl Search<'_> {
             found.stability = if bounded { Stability::Stable } else { Stability::Undecided };
         }
         found.secular = bounded.then_some(false);
-        Some(found)
+        Some(Some(found))
     }
 
     /// So many exponents next to σ by Arnoldi steps with P(σ)⁻¹E, by their distance, or at least more than `least`, without those that are known.
@@ -528,11 +531,16 @@ impl Search<'_> {
                 break;
             }
             least = least.and(Err(0));
+            if least == Err(NO_PIVOT) {
+                break;
+            }
         }
         self.budget.tell(|| {
             let about = format!("{:.6e} i", self.sigma.im);
             match least {
                 Ok(least) => format!("{} exponents, no others within {least:.3e} of {about}", refined.len()),
+                Err(NO_PIVOT) => format!("exponents about {about}: a pivot is 0"),
+                Err(0) => format!("{} exponents about {about}: rounding leaves no proof", refined.len()),
                 Err(missing) => format!("{} exponents about {about}: {missing} seem to be missing", refined.len()),
             }
         });
