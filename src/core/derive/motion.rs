@@ -237,7 +237,11 @@ impl MotionSum {
             return None;
         }
         let factors = |term: &MotionTerm| match &*pool.terms(term.coefficient) {
-            [(product, number)] => Some((number.clone(), pool.factors(*product))),
+            [(product, number)] => {
+                let factors = pool.factors(*product);
+                let is_one = |own: &(ExprId, Number)| pool.as_number(own.0).is_some_and(Number::is_one);
+                Some((number.clone(), factors.into_iter().filter(|own| !is_one(own)).collect::<Vec<_>>()))
+            }
             _ => None,
         };
         let all: Vec<_> = self.terms.iter().map(factors).collect::<Option<_>>()?;
