@@ -72,7 +72,11 @@ impl Elaborator<'_> {
             let mut known: Vec<&str> = self.world.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
             known.extend(self.world.parameter_families.iter().map(|f| f.name.as_str()));
             let shown = setting.text.split_once('=').map_or(name.as_str(), |(left, _)| left.trim());
-            let nearest = nearest(shown, known).map(str::to_owned);
+            // The name may be right, the member not; a number has none.
+            let family = |own: &str| own.split_once('[').map_or(own, |(name, _)| name).to_owned();
+            let own = self.world.parameters.iter().map(|parameter| parameter.name.as_str());
+            let members: Vec<&str> = own.filter(|own| family(own) == family(shown)).collect();
+            let nearest = nearest(shown, known.iter().copied()).filter(|_| members.is_empty()).map(str::to_owned);
             let instead = match self.world.names.get(&**name).map(|(entity, _)| *entity) {
                 Some(Entity::Coordinate(_)) => Some(format!(
                     "it is a coordinate: write `guess {name} = …` or `equilibrium {name} = …` in the file"
@@ -80,7 +84,11 @@ impl Elaborator<'_> {
                 Some(Entity::Let(_)) => {
                     Some(format!("`{name}` follows from others: set the parameters that it is made of"))
                 }
-                Some(Entity::Parameter(_) | Entity::Table(_)) | None => None,
+                _ => match members.as_slice() {
+                    [] => None,
+                    [only] => Some(format!("the model has `{only}`")),
+                    [first, .., last] => Some(format!("the model has `{first}` to `{last}`")),
+                },
             };
             self.errors.push(ModelError::UnknownSetting { name: shown.to_owned(), nearest, instead });
         }
