@@ -209,7 +209,7 @@ pub struct Pool {
 }
 
 /// The expressions every pool begins with.
-const ZERO: ExprId = ExprId(0);
+pub(crate) const ZERO: ExprId = ExprId(0);
 const ONE: ExprId = ExprId(1);
 const UNDEFINED: ExprId = ExprId(2);
 const PI: ExprId = ExprId(3);

@@ -132,6 +132,7 @@ impl Builtin {
             Self::Norm => norm(pool, value(0)),
             Self::Dot => dot(pool, value(0), value(1)),
             Self::Cross => cross(pool, value(0), value(1)),
+            Self::Transpose if *value(0) == Value::Zero => Ok(Value::Zero),
             Self::Transpose => {
                 let rows = value(0).matrix("the argument of `transpose`")?;
                 Ok(Value::from_rows(transposed(&rows)))

@@ -176,7 +176,7 @@ impl Elaborator<'_> {
                 (Value::Vector(_), false) if members.block.is_some() && self.shape_fits(&value, &members) => {
                     Value::Scalar(value.scalars()[position])
                 }
-                (Value::Vector(_) | Value::Scalar(_), _) => value,
+                (Value::Vector(_) | Value::Scalar(_) | Value::Zero, _) => value,
             };
             let at = &at[..members.rank];
             if self.assign(family, at, &value, factor, what, members.span, program.span, into).is_none() {

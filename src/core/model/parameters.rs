@@ -225,13 +225,13 @@ impl Elaborator<'_> {
         }
         let found = match value {
             Value::Vector(parts) if members.rank == 1 => parts.len(),
-            Value::Vector(_) | Value::Scalar(_) => scalars.len(),
+            Value::Vector(_) | Value::Scalar(_) | Value::Zero => scalars.len(),
         };
         let ranges = match value {
             Value::Vector(rows) if let Some(Value::Vector(row)) = rows.first() => {
                 format!("1..{}, 1..{}", rows.len(), row.len())
             }
-            Value::Vector(_) | Value::Scalar(_) => format!("1..{found}"),
+            Value::Vector(_) | Value::Scalar(_) | Value::Zero => format!("1..{found}"),
         };
         self.errors.push(if members.rank == 0 {
             let help = format!("declare a family: `param {}[{ranges}] = …`", name.text);
@@ -260,12 +260,12 @@ impl Elaborator<'_> {
     pub(super) fn shape_fits(&self, value: &Value, members: &Members) -> bool {
         fn fits(value: &Value, extents: &[usize]) -> bool {
             match (extents, value) {
-                ([], value) => matches!(value, Value::Scalar(_)),
+                ([], value) => matches!(value, Value::Scalar(_) | Value::Zero),
                 ([1, rest @ ..], value) if fits(value, rest) => true,
                 ([extent, rest @ ..], Value::Vector(parts)) => {
                     parts.len() == *extent && parts.iter().all(|part| fits(part, rest))
                 }
-                (_, Value::Scalar(_)) => false,
+                (_, Value::Scalar(_) | Value::Zero) => false,
             }
         }
         let Some(block) = &members.block else { return members.rank == 1 };

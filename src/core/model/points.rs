@@ -239,7 +239,7 @@ impl Elaborator<'_> {
             }
             for (key, value) in self.members_of_let(number).unwrap_or_default() {
                 let position = value.components("").ok().filter(|own| matches!(own.len(), 2 | 3));
-                let Some(position) = position else { break };
+                let Some(position) = position else { continue };
                 found.push(Point { name: member_name(&name, rank, &key), position });
             }
         }

@@ -8,7 +8,7 @@ use super::instance::{Along, Instance, Leaf, key_of};
 use super::names::{Entity, Key, LetPiece, Progress, World, key};
 use super::program::Program;
 use super::run::{DEEPEST_LET, Stop};
-use super::values::Value;
+use super::values::{Value, filled};
 use crate::span::Span;
 
 impl World {
@@ -61,7 +61,7 @@ impl World {
                 deeper.push(index);
                 parts.push(self.read(entity, &deeper, span, instance.as_deref_mut())?);
             }
-            return Ok(Value::Vector(parts));
+            return Ok(Value::Vector(filled(parts)));
         }
         let (own, rest) = at.split_at(rank);
         let own = key(own);
@@ -299,8 +299,12 @@ pub(super) fn component(
         if let Some(instance) = instance.as_deref_mut() {
             instance.note(*index);
         }
-        let Value::Vector(mut parts) = value else {
-            return Err(Stop::from(ModelError::TooManyIndices { what: "a number".to_owned(), available: 0, span }));
+        let mut parts = match value {
+            Value::Vector(parts) => parts,
+            Value::Zero => return Ok(Value::Zero),
+            Value::Scalar(_) => {
+                return Err(Stop::from(ModelError::TooManyIndices { what: "a number".to_owned(), available: 0, span }));
+            }
         };
         let count = parts.len();
         value = match usize::try_from(*index) {

@@ -353,16 +353,13 @@ fn given(world: &World, part: &Part, value: &Value, span: Span) -> Result<Writte
     }
     let Value::Vector(both) = value else { return Ok(Vec::new()) };
     let [on, force] = both.as_slice() else { return Ok(Vec::new()) };
-    if matches!(force, Value::Vector(_)) && !on.is_like(force) {
+    // One for all that it acts on, or one for each.
+    let each = if let Value::Scalar(force) = force { Some(on.map(&mut |_| *force)) } else { force.shaped(on) };
+    let Some(each) = each else {
         let what = format!("the force is {}, but what it acts on is {}", force.describe(), on.describe());
         return Err(ModelError::Shape { what, span, help: None });
-    }
-    let on = on.scalars();
-    let forces = match force {
-        // One for all that it acts on.
-        Value::Scalar(force) => vec![*force; on.len()],
-        Value::Vector(_) => force.scalars(),
     };
+    let (on, forces) = (on.scalars(), each.scalars());
     Ok(on.into_iter().zip(forces).map(|(on, force)| (world.pool.as_symbol(on), force)).collect())
 }
 

@@ -1,7 +1,7 @@
 //! Values of expressions: scalars, vectors and matrices of symbolic expressions, and what can be
 //! done with them.
 
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Pool, ZERO};
 use crate::number::Number;
 
 /// A scalar, or a vector of scalars, vectors, …
@@ -9,6 +9,8 @@ use crate::number::Number;
 pub(super) enum Value {
     Scalar(ExprId),
     Vector(Vec<Value>),
+    /// An empty sum: 0 of any shape.
+    Zero,
 }
 
 /// Why an operation on shapes is impossible: the sentence, and the way out.
@@ -17,6 +19,7 @@ pub(super) type Misfit = (String, Option<String>);
 impl Value {
     /// A vector of numbers, or a matrix by its rows.
     pub(super) fn rows(parts: Vec<Self>) -> Result<Self, Misfit> {
+        let parts = filled(parts);
         let width = |part: &Self| part.parts().map(<[Self]>::len);
         if let Some(first) = parts.first()
             && let Some(other) = parts.iter().find(|part| width(part) != width(first))
@@ -32,20 +35,25 @@ impl Value {
             Self::Scalar(_) => "a number".to_owned(),
             Self::Vector(rows) => match rows.first() {
                 Some(Self::Vector(columns)) => format!("a {} x {} matrix", rows.len(), columns.len()),
-                Some(Self::Scalar(_)) | None => format!("a vector of {}", rows.len()),
+                Some(Self::Scalar(_) | Self::Zero) | None => format!("a vector of {}", rows.len()),
             },
+            Self::Zero => "an empty sum".to_owned(),
         }
     }
 
     pub(super) fn scalar(&self, what: &str) -> Result<ExprId, Misfit> {
         match self {
             Self::Scalar(e) => Ok(*e),
+            Self::Zero => Ok(ZERO),
             Self::Vector(_) => Err((format!("{what} must be a number, but is {}", self.describe()), None)),
         }
     }
 
-    /// The components of a plain vector.
+    /// The components of a plain vector; none of an empty sum.
     pub(super) fn components(&self, what: &str) -> Result<Vec<ExprId>, Misfit> {
+        if *self == Self::Zero {
+            return Ok(Vec::new());
+        }
         let parts: Option<Vec<ExprId>> =
             self.parts().and_then(|rows| rows.iter().map(|row| row.scalar("").ok()).collect());
         parts.ok_or_else(|| (format!("{what} must be a vector, but is {}", self.describe()), None))
@@ -78,6 +86,7 @@ impl Value {
     pub(super) fn scalars(&self) -> Vec<ExprId> {
         match self {
             Self::Scalar(e) => vec![*e],
+            Self::Zero => vec![ZERO],
             Self::Vector(rows) => rows.iter().flat_map(Self::scalars).collect(),
         }
     }
@@ -87,12 +96,13 @@ impl Value {
         match self {
             Self::Scalar(e) => Self::Scalar(f(*e)),
             Self::Vector(rows) => Self::Vector(rows.iter().map(|row| row.map(f)).collect()),
+            Self::Zero => Self::Zero,
         }
     }
 
-    /// Whether another value has the same shape.
-    pub(super) fn is_like(&self, other: &Self) -> bool {
-        self.zip(other, &mut |own, _| own).is_some()
+    /// The same where another value has its shape, an empty sum in that shape.
+    pub(super) fn shaped(&self, like: &Self) -> Option<Self> {
+        like.zip(self, &mut |_, own| own)
     }
 
     fn zip(&self, other: &Self, f: &mut impl FnMut(ExprId, ExprId) -> ExprId) -> Option<Self> {
@@ -101,22 +111,36 @@ impl Value {
             (Self::Vector(a), Self::Vector(b)) if a.len() == b.len() => {
                 a.iter().zip(b).map(|(a, b)| a.zip(b, f)).collect::<Option<Vec<_>>>().map(Self::Vector)
             }
+            (Self::Zero, other) => Some(other.map(&mut |b| f(ZERO, b))),
+            (own, Self::Zero) => Some(own.map(&mut |a| f(a, ZERO))),
             (Self::Scalar(_) | Self::Vector(_), Self::Scalar(_) | Self::Vector(_)) => None,
         }
     }
 }
 
+/// Parts of one value: an empty sum among them has the shape of the others.
+pub(super) fn filled(mut parts: Vec<Value>) -> Vec<Value> {
+    if parts.contains(&Value::Zero)
+        && let Some(shape) = parts.iter().find(|part| **part != Value::Zero)
+    {
+        let zeros = shape.map(&mut |_| ZERO);
+        parts.iter_mut().filter(|part| **part == Value::Zero).for_each(|part| part.clone_from(&zeros));
+    }
+    parts
+}
+
 /// The sum of values of one shape, each with its sign.
 pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Misfit> {
-    let scalars = terms.iter().map(|(negative, value)| match value {
+    let shaped = || terms.iter().filter(|(_, value)| *value != Value::Zero);
+    let scalars = shaped().map(|(negative, value)| match value {
         Value::Scalar(e) => Some((*e, if *negative { Number::MINUS_ONE } else { Number::ONE })),
-        Value::Vector(_) => None,
+        Value::Vector(_) | Value::Zero => None,
     });
     if let Some(linear) = scalars.collect::<Option<Vec<_>>>() {
-        return Ok(Value::Scalar(pool.linear(&linear)));
+        return Ok(if linear.is_empty() { Value::Zero } else { Value::Scalar(pool.linear(&linear)) });
     }
     let mut total: Option<Value> = None;
-    for (negative, value) in terms {
+    for (negative, value) in shaped() {
         let mut add = |a, b| if *negative { pool.sub(a, b) } else { pool.add(a, b) };
         total = Some(match total {
             None if *negative => value.map(&mut |e| pool.neg(e)),
@@ -127,7 +151,7 @@ pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Mis
             })?,
         });
     }
-    Ok(total.unwrap_or_else(|| Value::Scalar(pool.zero())))
+    Ok(total.unwrap_or(Value::Zero))
 }
 
 /// The product of factors, some of them divisors.
@@ -138,9 +162,10 @@ pub(super) fn product(pool: &mut Pool, factors: &[(bool, Value)]) -> Result<Valu
     for (divided, value) in factors {
         match (value, &tensor) {
             (Value::Scalar(e), _) => scalars.push(if *divided { pool.div(pool.one(), *e) } else { *e }),
+            (Value::Zero, _) if *divided => scalars.push(pool.div(pool.one(), ZERO)),
             (Value::Vector(_), _) if *divided => return Err((format!("can't divide by {}", value.describe()), None)),
-            (Value::Vector(_), None) => tensor = Some(value.clone()),
-            (Value::Vector(_), Some(left)) => {
+            (Value::Vector(_) | Value::Zero, None) => tensor = Some(value.clone()),
+            (Value::Vector(_) | Value::Zero, Some(left)) => {
                 let result = matrix_product(pool, left, value)?;
                 if let Value::Scalar(e) = result {
                     scalars.push(e);
@@ -154,12 +179,16 @@ pub(super) fn product(pool: &mut Pool, factors: &[(bool, Value)]) -> Result<Valu
     let scale = pool.product(&scalars);
     Ok(match tensor {
         None => Value::Scalar(scale),
+        Some(_) if pool.is_undefined(scale) => Value::Scalar(scale),
         Some(value) if scalars.is_empty() => value,
         Some(value) => value.map(&mut |e| pool.mul(scale, e)),
     })
 }
 
 fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value, Misfit> {
+    if [left, right].contains(&&Value::Zero) {
+        return Ok(Value::Zero);
+    }
     let misfit = || {
         let vectors = left.matrix("").is_err() && right.matrix("").is_err();
         let help = vectors.then(|| "write `dot(u, v)` or `cross(u, v)`".to_owned());
@@ -191,7 +220,7 @@ pub(super) fn transposed(rows: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
 pub(super) fn dot(pool: &mut Pool, u: &Value, v: &Value) -> Result<Value, Misfit> {
     let a = u.components("the first argument of `dot`")?;
     let b = v.components("the second argument of `dot`")?;
-    if a.len() != b.len() {
+    if a.len() != b.len() && ![u, v].contains(&&Value::Zero) {
         return Err((format!("can't multiply {} by {}", u.describe(), v.describe()), None));
     }
     Ok(Value::Scalar(pool.dot(&a, &b)))
@@ -204,6 +233,9 @@ pub(super) fn norm(pool: &mut Pool, v: &Value) -> Result<Value, Misfit> {
 }
 
 pub(super) fn three(value: &Value, what: &str) -> Result<[ExprId; 3], Misfit> {
+    if *value == Value::Zero {
+        return Ok([ZERO; 3]);
+    }
     let parts = value.components(what)?;
     <[ExprId; 3]>::try_from(parts)
         .map_err(|_| (format!("{what} must be a vector of 3, but is {}", value.describe()), None))
