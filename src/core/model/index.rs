@@ -21,6 +21,8 @@ pub(super) enum Quantity {
     Enclosed(Ball),
     Truth(bool),
 }
+    /// What has no value, and why.
+    Missing(Box<ModelError>),
 
 /// Stands for an operand that is missing.
 static NOTHING: Quantity = Quantity::Truth(false);
@@ -30,7 +32,7 @@ impl Quantity {
         match self {
             Self::Exact(number) => Ball::from_number(number, ()),
             Self::Enclosed(ball) => *ball,
-            Self::Truth(_) => Ball::from_number(&Number::from(0), ()),
+            Self::Truth(_) | Self::Missing(_) => Ball::from_number(&Number::from(0), ()),
         }
     }
 
@@ -86,7 +88,7 @@ impl World {
                         let rounded = format!("what roots or functions make {whole} but for their rounding");
                         Err(not(if is_near { rounded } else { near.to_string() }))
                     }
-                    Quantity::Truth(_) => Err(not("a condition".to_owned())),
+                    Quantity::Truth(_) | Quantity::Missing(_) => Err(not("a condition".to_owned())),
                 }
             }
         }
@@ -164,60 +166,90 @@ impl World {
     fn run_index(&self, ops: &[(IndexOp, Span)], slots: &[i64], whole: Span) -> Result<Quantity, ModelError> {
         let mut stack: Vec<Quantity> = Vec::new();
         for (op, span) in ops {
-            let span = *span;
-            let undefined = |what: &str| ModelError::Undefined { what: what.to_owned(), span, help: None };
             let at = stack.len().saturating_sub(op.operands());
             let operands = stack.get(at..).unwrap_or_default();
-            let operand = |place: usize| operands.get(place).unwrap_or(&NOTHING);
-            let result = match op {
-                IndexOp::Number(number) => Quantity::Exact(number.clone()),
-                IndexOp::Broken => return Err(ModelError::FollowOn {}),
-                IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
-                IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
-                IndexOp::Parameter { family, .. } => self.parameter_quantity(*family, operands, span)?,
-                IndexOp::Field { table, column } => {
-                    let row = operand(0).exact().and_then(Number::to_i64);
-                    let row = row.ok_or_else(|| ModelError::NotAnInteger { value: "the row".to_owned(), span })?;
-                    Quantity::Exact(self.field(*table, row, *column, span)?.clone())
+            let missing = operands.iter().find(|own| matches!(own, Quantity::Missing(_)));
+            let result = match missing.filter(|_| !matches!(op, IndexOp::And(_) | IndexOp::Or(_))) {
+                Some(missing) => missing.clone(),
+                None => {
+                    let result = self.apply_index(op, operands, slots, *span);
+                    result.unwrap_or_else(|error| Quantity::Missing(Box::new(error)))
                 }
-                IndexOp::Negate => match operand(0) {
-                    Quantity::Exact(a) => Quantity::Exact(a.neg()),
-                    other => Quantity::Enclosed(other.ball().neg()),
-                },
-                IndexOp::Power => power(operand(0), operand(1)).ok_or_else(|| undefined("this power"))?,
-                IndexOp::Product(divided) => {
-                    product(operands, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
-                }
-                IndexOp::Sum(subtracted) => total(operands, subtracted),
-                IndexOp::Mod => {
-                    let both = operand(0).exact().zip(operand(1).exact());
-                    let (a, b) = both.ok_or_else(|| undefined("`mod` of numbers that are not rational"))?;
-                    Quantity::Exact(a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?)
-                }
-                IndexOp::Floor => Quantity::Exact(floor(operand(0), span)?),
-                IndexOp::Sqrt => root(operand(0)).ok_or_else(|| undefined("the root of a negative number"))?,
-                IndexOp::Norm(_) => {
-                    let two = Quantity::Exact(Number::from(2));
-                    let squares: Option<Vec<Quantity>> = operands.iter().map(|part| power(part, &two)).collect();
-                    let squares = squares.ok_or_else(|| undefined("this `norm`"))?;
-                    let square = total(&squares, &vec![false; squares.len()]);
-                    root(&square).ok_or_else(|| undefined("this `norm`"))?
-                }
-                IndexOp::Apply(function) => applied(*function, operand(0), span)?,
-                IndexOp::Compare(comparison) => {
-                    let truth = compare(operand(0), operand(1), *comparison);
-                    Quantity::Truth(truth.ok_or(ModelError::UndecidedComparison { span })?)
-                }
-                IndexOp::Not => Quantity::Truth(!operand(0).is_true()),
-                IndexOp::And(_) => Quantity::Truth(operands.iter().all(Quantity::is_true)),
-                IndexOp::Or(_) => Quantity::Truth(operands.iter().any(Quantity::is_true)),
             };
             stack.truncate(at);
             stack.push(result);
         }
-        stack.pop().ok_or(ModelError::Undefined { what: "this".to_owned(), span: whole, help: None })
+        match stack.pop() {
+            Some(Quantity::Missing(error)) => Err(*error),
+            Some(result) => Ok(result),
+            None => Err(ModelError::Undefined { what: "this".to_owned(), span: whole, help: None }),
+        }
+    }
+
+    /// One operation; only of `and` and `or` operands may have no value.
+    fn apply_index(
+        &self,
+        op: &IndexOp,
+        operands: &[Quantity],
+        slots: &[i64],
+        span: Span,
+    ) -> Result<Quantity, ModelError> {
+        let undefined = |what: &str| ModelError::Undefined { what: what.to_owned(), span, help: None };
+        let operand = |place: usize| operands.get(place).unwrap_or(&NOTHING);
+        Ok(match op {
+            IndexOp::Number(number) => Quantity::Exact(number.clone()),
+            IndexOp::Broken => return Err(ModelError::FollowOn {}),
+            IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
+            IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
+            IndexOp::Parameter { family, .. } => self.parameter_quantity(*family, operands, span)?,
+            IndexOp::Field { table, column } => {
+                let row = operand(0).exact().and_then(Number::to_i64);
+                let row = row.ok_or_else(|| ModelError::NotAnInteger { value: "the row".to_owned(), span })?;
+                Quantity::Exact(self.field(*table, row, *column, span)?.clone())
+            }
+            IndexOp::Negate => match operand(0) {
+                Quantity::Exact(a) => Quantity::Exact(a.neg()),
+                other => Quantity::Enclosed(other.ball().neg()),
+            },
+            IndexOp::Power => power(operand(0), operand(1)).ok_or_else(|| undefined("this power"))?,
+            IndexOp::Product(divided) => {
+                product(operands, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
+            }
+            IndexOp::Sum(subtracted) => total(operands, subtracted),
+            IndexOp::Mod => {
+                let both = operand(0).exact().zip(operand(1).exact());
+                let (a, b) = both.ok_or_else(|| undefined("`mod` of numbers that are not rational"))?;
+                Quantity::Exact(a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?)
+            }
+            IndexOp::Floor => Quantity::Exact(floor(operand(0), span)?),
+            IndexOp::Sqrt => root(operand(0)).ok_or_else(|| undefined("the root of a negative number"))?,
+            IndexOp::Norm(_) => {
+                let two = Quantity::Exact(Number::from(2));
+                let squares: Option<Vec<Quantity>> = operands.iter().map(|part| power(part, &two)).collect();
+                let squares = squares.ok_or_else(|| undefined("this `norm`"))?;
+                let square = total(&squares, &vec![false; squares.len()]);
+                root(&square).ok_or_else(|| undefined("this `norm`"))?
+            }
+            IndexOp::Apply(function) => applied(*function, operand(0), span)?,
+            IndexOp::Compare(comparison) => {
+                let truth = compare(operand(0), operand(1), *comparison);
+                Quantity::Truth(truth.ok_or(ModelError::UndecidedComparison { span })?)
+            }
+            IndexOp::Not => Quantity::Truth(!operand(0).is_true()),
+            IndexOp::And(_) => decided(operands, false),
+            IndexOp::Or(_) => decided(operands, true),
+        })
     }
 }
+
+/// `and` is false where one operand is, `or` true where one is, whether the others have values or not.
+fn decided(operands: &[Quantity], by: bool) -> Quantity {
+    if operands.iter().any(|own| matches!(own, Quantity::Truth(truth) if *truth == by)) {
+        return Quantity::Truth(by);
+    }
+}
+    let missing = operands.iter().find(|own| matches!(own, Quantity::Missing(_)));
+    missing.cloned().unwrap_or(Quantity::Truth(!by))
 
 fn floor(value: &Quantity, span: Span) -> Result<Number, ModelError> {
     if let Quantity::Exact(a) = value {

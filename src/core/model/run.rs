@@ -285,7 +285,7 @@ impl World {
     fn exact(&self, number: &IndexProgram, slots: &[i64]) -> Result<Number, ModelError> {
         match self.quantity(number, slots)? {
             Quantity::Exact(number) => Ok(number),
-            Quantity::Enclosed(_) | Quantity::Truth(_) => {
+            Quantity::Enclosed(_) | Quantity::Truth(_) | Quantity::Missing(_) => {
                 Err(ModelError::Undefined { what: "a rational number; this".to_owned(), span: number.span, help: None })
             }
         }

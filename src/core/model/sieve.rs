@@ -280,11 +280,20 @@ fn told(condition: Interval) -> Option<bool> {
     if condition.hi <= 0.0 { Some(false) } else { (condition.lo > 0.0).then_some(true) }
 }
 
+fn is_condition(program: &IndexProgram) -> bool {
+    let IndexForm::General(ops) = &program.form else { return false };
+    let last = ops.last().map(|(op, _)| op);
+    matches!(last, Some(IndexOp::Compare(_) | IndexOp::Not | IndexOp::And(_) | IndexOp::Or(_)))
+}
+
 /// An enclosure of what a part of a filter comes to; `None` where that is an error.
 fn enclosed(world: &World, program: &IndexProgram, slots: &[i64]) -> Option<Interval> {
-    let found = match world.quantity(program, slots).ok()? {
-        Quantity::Truth(truth) => condition(Some(truth)),
-        number => Interval::of_ball(&number.ball()),
+    let found = match world.quantity(program, slots) {
+        Ok(Quantity::Truth(truth)) => condition(Some(truth)),
+        Ok(number) => Interval::of_ball(&number.ball()),
+        // An `and` or `or` around it may be decided by others.
+        Err(_) if is_condition(program) => condition(None),
+        Err(_) => return None,
     };
     found.is_usable().then_some(found)
 }
