@@ -18,6 +18,8 @@ pub(super) const MOST_ERRORS: usize = 1000;
 pub(super) enum Variable {
     Index,
     Row(usize),
+    /// The row of what is no table, which is reported already.
+    RowOfNone,
 }
 
 /// The index variables in scope; the place in the list is the slot.
@@ -235,18 +237,19 @@ impl<'a> Compiler<'a> {
         if let Some(error) = self.foreign_call(function, arguments, span) {
             return self.refuse(error, span, tasks);
         }
-        if let Some(builtin) = Builtin::from_name(&function.text) {
-            if let Some(error) = check_count(function, arguments.len(), span) {
-                self.refuse(error, span, tasks);
-            }
+        let builtin = Builtin::from_name(&function.text);
+        let error = builtin.and_then(|_| check_count(function, arguments.len(), span));
+        if let (Some(builtin), None) = (builtin, &error) {
             self.world.rigid |= matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
-            then(tasks, Op::Call(builtin, arguments.len()), span, arguments);
-        } else {
-            self.unknown_function(function, arguments, span, scope);
-            then(tasks, Op::Together(arguments.len()), span, arguments);
-            // Stands before what its arguments leave: the run ends there.
-            tasks.push(Task::Emit(Op::Broken, span));
+            return then(tasks, Op::Call(builtin, arguments.len()), span, arguments);
         }
+        match error {
+            Some(error) => self.fail(error),
+            None => self.unknown_function(function, arguments, span, scope),
+        }
+        then(tasks, Op::Together(arguments.len()), span, arguments);
+        // Stands before what its arguments leave: the run ends there.
+        tasks.push(Task::Emit(Op::Broken, span));
     }
 
     /// Its bounds stand on the stack; its form depends on the numbers in it, as a power does on its exponent.
@@ -334,6 +337,7 @@ impl<'a> Compiler<'a> {
             (Some((slot, Variable::Row(table))), _, []) => {
                 (table, IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span })
             }
+            (Some((_, Variable::RowOfNone)), _, []) => return None,
             (None, Some(Entity::Table(table)), [row]) => (table, self.index(*row, scope)),
             (None, Some(Entity::Table(_)), _) => {
                 let what = format!("`{name}` is a whole table; a field belongs to one row");
@@ -410,7 +414,7 @@ impl<'a> Compiler<'a> {
                             let help = format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text);
                             self.fail(ModelError::shape((what, Some(help)), table.span));
                         }
-                        (Some(variable), Variable::Index, self.empty(entry.span))
+                        (Some(variable), Variable::RowOfNone, self.empty(entry.span))
                     }
                 },
             };

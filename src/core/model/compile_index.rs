@@ -1,7 +1,7 @@
 //! From syntax to index programs: indices, bounds and conditions.
 
 use super::ModelError;
-use super::compile::{Compiler, Scope, Task, apart, then};
+use super::compile::{Compiler, Scope, Task, apart};
 use super::functions::{Builtin, check_count};
 use super::names::Entity;
 use super::program::{Field, IndexForm, IndexOp, IndexProgram};
@@ -12,12 +12,11 @@ use crate::syntax::{ExprKind, ExprRef, Name, print_expr};
 impl Compiler<'_> {
     /// Compiles a condition behind `where`.
     pub(super) fn condition(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
-        self.expect(root, true);
-        self.index_ops(root, scope)
+        self.index_ops(root, true, scope)
     }
 
-    /// Refuses a number for a condition, and a condition for a number.
-    fn expect(&mut self, at: ExprRef, condition: bool) {
+    /// A condition or a number, whichever is expected; the other is refused.
+    fn expected(&mut self, at: ExprRef, condition: bool) -> Task<IndexOp> {
         let kind = &self.file.expr(at).kind;
         if matches!(kind, ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_)) != condition
         {
@@ -26,20 +25,22 @@ impl Compiler<'_> {
             } else {
                 "a number is expected here, not a condition"
             };
-            self.fail(ModelError::ConditionOrValue { what, span: self.file.expr(at).span });
+            let span = self.file.expr(at).span;
+            self.fail(ModelError::ConditionOrValue { what, span });
+            return Task::Emit(IndexOp::Broken, span);
         }
+        Task::Visit(at)
     }
 
     /// Compiles an index, a bound, or a number made of such.
     pub(super) fn index(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
-        self.expect(root, false);
-        self.index_ops(root, scope)
+        self.index_ops(root, false, scope)
     }
 
-    fn index_ops(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
+    fn index_ops(&mut self, root: ExprRef, condition: bool, scope: &mut Scope) -> IndexProgram {
         let file = self.file;
         let mut ops: Vec<(IndexOp, Span)> = Vec::new();
-        let mut tasks = vec![Task::Visit(root)];
+        let mut tasks = vec![self.expected(root, condition)];
         while let Some(task) = tasks.pop() {
             let at = match task {
                 Task::Emit(op, span) => {
@@ -87,10 +88,9 @@ impl Compiler<'_> {
                     (IndexOp::Broken, vec![])
                 }
             };
-            for child in &children {
-                self.expect(*child, matches!(op, IndexOp::Not | IndexOp::And(_) | IndexOp::Or(_)));
-            }
-            then(&mut tasks, op, span, &children);
+            let logical = matches!(op, IndexOp::Not | IndexOp::And(_) | IndexOp::Or(_));
+            tasks.push(Task::Emit(op, span));
+            tasks.extend(children.iter().rev().map(|child| self.expected(*child, logical)));
         }
         IndexProgram::from_ops(ops, file.expr(root).span)
     }

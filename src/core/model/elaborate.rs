@@ -15,7 +15,7 @@ use super::{Constraint, Given, Givens, Model, ModelError, dimension};
 use crate::expr::{ExprId, Pool};
 use crate::order::Order;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
+use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, Statement, StatementKind};
 
 /// Checks a parsed file.
 ///
@@ -347,7 +347,9 @@ impl<'a> Elaborator<'a> {
             self.errors.push(ModelError::MissingKinetic {});
         }
         let empty = self.world.coordinate_families.first().map(|family| family.span);
-        if purpose != Purpose::Tensors && count == 0 && (empty.is_none() || self.errors.is_empty()) {
+        let declares = |own: &Statement| matches!(own.kind, StatementKind::Coord { .. });
+        let may_be_meant = !self.errors.is_empty() && self.file.statements.iter().any(declares);
+        if purpose != Purpose::Tensors && count == 0 && !may_be_meant {
             self.errors.push(ModelError::NoCoordinates { empty });
         }
         let mut kinetic = self.energy(energies.kinetic, "T");

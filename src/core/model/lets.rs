@@ -30,7 +30,8 @@ impl Elaborator<'_> {
             let span = compiler.file.expr(root).span;
             compiler.errors.push(ModelError::RecursiveLet { name: name.text.to_string(), span });
         }
-        let mut program = if compiler.errors.len() > before && rank == 0 {
+        // Without indices nothing can be said of what is written in them.
+        let mut program = if compiler.errors.len() > before && (rank == 0 || members.is_none()) {
             Program::default()
         } else {
             compiler.value(root, &mut scope)

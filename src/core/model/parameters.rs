@@ -105,8 +105,11 @@ impl Elaborator<'_> {
         });
         let members = self.members(binding.indices.as_deref(), name);
         let mut scope = members.as_ref().map_or_else(Scope::default, |members| members.scope.clone());
-        let program = binding.value.map(|value| self.compiler().value(value, &mut scope));
-        let uncertainty = binding.uncertainty.map(|value| self.compiler().value(value, &mut scope));
+        // Without indices nothing can be said of what is written in them.
+        let [program, uncertainty] = [binding.value, binding.uncertainty].map(|side| {
+            let side = side.filter(|_| members.is_some());
+            side.map(|value| self.compiler().value(value, &mut scope))
+        });
         if known.is_none() {
             self.introduce(name, Entity::Parameter(family));
         }

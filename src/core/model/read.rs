@@ -256,12 +256,12 @@ impl World {
                 // A member that is being written out asks for one that comes later, or for itself.
                 return if at >= current { Err(own.family.recursive(&current, span).into()) } else { Ok(()) };
             }
+            if progress.failed {
+                return Err(Stop::from(ModelError::FollowOn {}));
+            }
             let Some(next) = progress.order.get(progress.done).copied() else { return Ok(()) };
             if next > at {
                 return Ok(());
-            }
-            if progress.failed {
-                return Err(Stop::from(ModelError::FollowOn {}));
             }
             progress.done += 1;
             if own.members.contains_key(&next) {
