@@ -338,13 +338,16 @@ fn free_bodies_stay_free() {
 
 #[test]
 fn uncertainties_add_up_by_squares() {
-    let text = "param k = 4 +/- 0.1  param m = 1 +/- 0.02  param c = 3
+    let one_by_one = "param k = 4 +/- 0.1  param m = 1 +/- 0.02  param c = 3
         coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2 + c*x^4";
-    let (linearized, _, found) = sensitivity(text);
-    let sigma = found.uncertainties(&linearized).unwrap()[0].omega.unwrap();
-    // omega (σ_k/k)/2 and omega (σ_m/m)/2
-    let want = (2.0 * 0.1 / 4.0 / 2.0_f64).hypot(2.0 * 0.02 / 2.0);
-    assert!((sigma.mid_f64() - want).abs() < 1e-15 && sigma.radius < 1e-15, "{sigma:?}");
+    let listed = "param p[1..2] = [4, 1] +/- [0.1, 0.02]  coord x  T = 1/2*p[2]*x'^2  V = 1/2*p[1]*x^2";
+    for text in [one_by_one, listed] {
+        let (linearized, _, found) = sensitivity(text);
+        let sigma = found.uncertainties(&linearized).unwrap()[0].omega.unwrap();
+        // omega (σ_k/k)/2 and omega (σ_m/m)/2
+        let want = (2.0 * 0.1 / 4.0 / 2.0_f64).hypot(2.0 * 0.02 / 2.0);
+        assert!((sigma.mid_f64() - want).abs() < 1e-15 && sigma.radius < 1e-15, "{sigma:?}");
+    }
     let without = sensitivity("param k = 4  coord x  T = 1/2*x'^2  V = 1/2*k*x^2");
     assert!(without.2.uncertainties(&without.0).is_none());
 }

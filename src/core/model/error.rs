@@ -199,7 +199,7 @@ Error ModelError {
     } => at(*span, ""),
 
     /// A list of values of the wrong length.
-    #[error("`{name}` has {expected} members, but {found} values are given")]
+    #[error("`{name}` has {}, but {} given", counted(*.expected, "member"), are_counted(*.found, "value"))]
     "E0114" ListLength(span) {
         /// The family.
         name: String,
@@ -207,7 +207,10 @@ Error ModelError {
         expected: usize,
         /// The values.
         found: usize,
-    } => at(*span, "").with_help(format!("give {expected} values, or a single one that fills the family")),
+    } => at(*span, "").with_help(match expected {
+        1 => "give one value".to_owned(),
+        more => format!("give {more} values, or a single one that fills the family"),
+    }),
 
     /// An acceleration in an energy.
     #[error("{energy} contains an acceleration")]
@@ -471,6 +474,16 @@ impl ModelError {
 /// A name in the quotes of code; a description in words as it is.
 fn quoted(name: &str) -> String {
     if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
+}
+
+/// `1 member`, `3 members`
+pub(super) fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// `1 value is`, `3 values are`
+fn are_counted(count: usize, noun: &str) -> String {
+    format!("{} {}", counted(count, noun), if count == 1 { "is" } else { "are" })
 }
 
 /// `one index`, `3 indices`

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use super::ModelError;
+use super::error::counted_indices;
 use super::functions::Builtin;
 use super::names::{Entity, World, key};
 use super::program::{IndexForm, IndexOp, IndexProgram};
@@ -20,9 +21,9 @@ pub(super) enum Quantity {
     /// Where roots and functions come in: an enclosure.
     Enclosed(Ball),
     Truth(bool),
-}
     /// What has no value, and why.
     Missing(Box<ModelError>),
+}
 
 /// Stands for an operand that is missing.
 static NOTHING: Quantity = Quantity::Truth(false);
@@ -139,7 +140,7 @@ impl World {
         let at = key(&indices);
         let rank = family.grid.rank;
         if indices.len() != rank {
-            let what = format!("`{}` has {rank} indices, not {}", family.name, indices.len());
+            let what = format!("`{}` has {}, not {}", family.name, counted_indices(rank), indices.len());
             return Err(ModelError::shape((what, None), span));
         }
         let Some(number) = family.grid.find(&at) else { return Err(family.out_of_range(&indices, span)) };
@@ -247,9 +248,9 @@ fn decided(operands: &[Quantity], by: bool) -> Quantity {
     if operands.iter().any(|own| matches!(own, Quantity::Truth(truth) if *truth == by)) {
         return Quantity::Truth(by);
     }
-}
     let missing = operands.iter().find(|own| matches!(own, Quantity::Missing(_)));
     missing.cloned().unwrap_or(Quantity::Truth(!by))
+}
 
 fn floor(value: &Quantity, span: Span) -> Result<Number, ModelError> {
     if let Quantity::Exact(a) = value {

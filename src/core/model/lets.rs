@@ -5,12 +5,13 @@ use std::sync::Arc;
 use super::ModelError;
 use super::compile::Scope;
 use super::elaborate::Elaborator;
-use super::names::{Entity, Family, Grid, LetFamily, LetPiece};
+use super::members::Members;
+use super::names::{Entity, Family, Grid, Key, LetFamily, LetPiece, member_name};
 use super::program::{Op, Program};
 use super::run::{COSTLIEST_LET, DEEPEST_LET};
 use super::survey::mentions;
 use super::terms::is_additive;
-use crate::syntax::{Binding, Name};
+use crate::syntax::{Binding, ExprKind, ExprRef, Name};
 
 impl Elaborator<'_> {
     pub(super) fn named_expression(&mut self, binding: &Binding) {
@@ -46,6 +47,9 @@ impl Elaborator<'_> {
             program.ops.push((Op::Product(Box::new([false, false])), span));
         }
         let span = program.span;
+        if let Some(error) = members.as_ref().and_then(|members| self.list_length(name, members, root)) {
+            self.errors.push(error);
+        }
         let own = &mut self.world.lets[number];
         own.recursive |= recursive;
         own.depth = own.depth.max(depth + 1);
@@ -86,6 +90,30 @@ impl Elaborator<'_> {
             let written = self.world.write_out_all(number, span);
             self.note(written);
         }
+    }
+
+    /// The mistake of a list, or of one in a list, that has not one element for each value of its index.
+    fn list_length(&self, name: &Name, members: &Members, root: ExprRef) -> Option<ModelError> {
+        let block = members.block.as_ref().filter(|_| !members.named)?;
+        let mut level = vec![([0; 3], root)];
+        for axis in 0..members.rank {
+            let mut parts = Vec::new();
+            for (at, list) in level {
+                let ExprKind::Vector(own) = self.file.expr(list).kind else { continue };
+                let (expected, found) = (block.extent(axis), own.len());
+                if found != expected {
+                    let (name, span) = (member_name(&name.text, axis, &at), self.file.expr(list).span);
+                    return Some(ModelError::ListLength { name, expected, found, span });
+                }
+                parts.extend((block.lower[axis]..).zip(own).map(|(index, part)| {
+                    let mut deeper: Key = at;
+                    deeper[axis] = index;
+                    (deeper, *part)
+                }));
+            }
+            level = parts;
+        }
+        None
     }
 
     fn new_let(&mut self, name: &Name, rank: usize) -> usize {

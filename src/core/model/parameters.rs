@@ -5,14 +5,19 @@ use std::collections::HashMap;
 use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::elaborate::{Elaborator, SetValue};
+use super::error::{counted, counted_indices};
 use super::members::{Members, reads_names};
 use super::names::{Entity, Family, Grid, Key, Parameter, SymbolKind, World, key, member_name};
+use super::program::Program;
 use super::settings::Settings;
 use super::values::Value;
 use crate::diagnostic::nearest;
 use crate::expr::{ExprId, Substitution, evaluate_closed};
 use crate::span::Span;
-use crate::syntax::{Binding, ExprRef, Name};
+use crate::syntax::{Binding, ExprRef, Name, print_expr, print_indices};
+
+/// Longer right sides are not quoted in help.
+const LONGEST_QUOTED: usize = 60;
 
 /// What a parameter takes: a symbol, its name, its values.
 const BYTES_EACH: usize = 300;
@@ -126,35 +131,41 @@ impl Elaborator<'_> {
         }
         let keys = members.keys();
         self.spread_setting(name, &members, &keys, known.is_some());
-        // One value fills the family; a list gives the members; an index makes each its own.
-        let mut shared: Option<Value> = None;
-        if let Some(program) = &program
-            && !members.named
-        {
-            shared = self.value_of(program, keys.first().map_or(&[], |at| &at[..members.rank]));
-            if shared.is_none() {
-                self.stand_in(name, members.rank, &keys);
-                return;
-            }
-        }
         let span = program.as_ref().map_or(name.span, |program| program.span);
-        let mut list: Option<Vec<ExprId>> = None;
-        if let Some(value @ Value::Vector(_)) = &shared {
-            list = self.listed(value, &members, name, (&keys, span));
-            if list.is_none() {
-                return;
+        let mut lists = [None, None];
+        for (list, program) in lists.iter_mut().zip([&program, &uncertainty]) {
+            if let Some(program) = program.as_ref().filter(|_| !members.named) {
+                *list = self.given_to_all(program, &members, name, &keys);
+                if list.is_none() {
+                    self.stand_in(name, members.rank, &keys);
+                    return;
+                }
             }
         }
+        let file = self.file;
+        let vector = || {
+            let indices = binding.indices.as_ref().map(|indices| print_indices(file, indices));
+            let value = binding.value.map(|value| print_expr(file, value));
+            let value = value.filter(|text| text.len() <= LONGEST_QUOTED).unwrap_or("…".to_owned());
+            format!("a `let` may be a vector: `let {}[{}] = {value}`", name.text, indices.unwrap_or_default())
+        };
         for (position, at) in keys.iter().enumerate() {
-            let own = match (&program, &list, &shared) {
-                (None, _, _) => None,
-                (Some(_), Some(list), _) => list.get(position).copied(),
-                (Some(_), None, Some(value)) => value.scalar("").ok(),
-                (Some(program), None, None) => self.number_of(program, &at[..members.rank], "a parameter"),
+            let slots = &at[..members.rank];
+            let own = match (&program, &lists[0]) {
+                (None, _) => None,
+                (Some(_), Some(list)) => list.get(position).copied(),
+                (Some(program), None) => self.value_of(program, slots).and_then(|value| {
+                    let number = value.scalar("a parameter");
+                    let number = number.map_err(|(what, _)| ModelError::shape((what, Some(vector())), span));
+                    self.note(number)
+                }),
             };
             let own = own.map(|own| self.scaled(own, factor));
             let sigma = uncertainty.as_ref().filter(|_| own.is_some() || program.is_none());
-            let sigma = sigma.and_then(|own| self.number_of(own, &at[..members.rank], "an uncertainty"));
+            let sigma = sigma.and_then(|program| match &lists[1] {
+                Some(list) => list.get(position).copied(),
+                None => self.number_of(program, slots, "an uncertainty"),
+            });
             if own.is_none() && program.is_some() || sigma.is_none() && uncertainty.is_some() {
                 self.stand_in(name, members.rank, &keys[position..]);
                 return;
@@ -203,7 +214,7 @@ impl Elaborator<'_> {
         } else if members.rank == 0 {
             format!("`{}` is one number", name.text)
         } else if scalars.len() != keys.len() || !self.shape_fits(&value, members) {
-            format!("`{}` has {} members, but {} is given", name.text, keys.len(), value.describe())
+            format!("`{}` has {}, but {} is given", name.text, counted(keys.len(), "member"), value.describe())
         } else {
             for (at, own) in keys.iter().zip(scalars) {
                 let set = SetValue { value: Value::Scalar(own), sigma: sigma.clone(), used: true, text: text.clone() };
@@ -212,6 +223,15 @@ impl Elaborator<'_> {
             return;
         };
         self.errors.push(ModelError::BadSetting { text, reason });
+    }
+
+    /// The members' values without an index: one that fills the family, or a list.
+    fn given_to_all(&mut self, program: &Program, members: &Members, name: &Name, keys: &[Key]) -> Option<Vec<ExprId>> {
+        let value = self.value_of(program, keys.first().map_or(&[], |at| &at[..members.rank]))?;
+        match value.scalar("") {
+            Ok(one) => Some(vec![one; keys.len()]),
+            Err(_) => self.listed(&value, members, name, (keys, program.span)),
+        }
     }
 
     /// The members' values from a list of them.
@@ -241,13 +261,16 @@ impl Elaborator<'_> {
             let what = format!("`{}` is one number, but {} is given", name.text, value.describe());
             ModelError::shape((what, Some(help)), span)
         } else if found == keys.len() {
-            let help = "a list for each of the first index, `[[1, 2], [3, 4]]`";
-            let what = format!("`{}` has {} indices, but {} is given", name.text, members.rank, value.describe());
-            ModelError::shape((what, Some(help.to_owned())), span)
+            let help = match members.rank {
+                1 => format!("declare an index for the columns: `param {}[{ranges}] = …`", name.text),
+                _ => "a list for each of the first index, `[[1, 2], [3, 4]]`".to_owned(),
+            };
+            let rank = counted_indices(members.rank);
+            let what = format!("`{}` has {rank}, but {} is given", name.text, value.describe());
+            ModelError::shape((what, Some(help)), span)
         } else {
             ModelError::ListLength { name: name.text.to_string(), expected: keys.len(), found, span }
         });
-        self.stand_in(name, members.rank, keys);
         None
     }
 

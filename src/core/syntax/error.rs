@@ -468,7 +468,14 @@ Error SyntaxError {
 
     /// `±` where no parameter gets its value.
     #[error("an uncertainty is not allowed here")]
-    "E0041" MisplacedUncertainty(span) => at(*span, "not after the value of a parameter").with_help("only a parameter has an uncertainty, once, after its whole value: `param g = 9.81 ± 0.01`"),
+    "E0041" MisplacedUncertainty(span) {
+        /// Whether it stands in a list of values of a parameter.
+        in_list: bool,
+    } => at(*span, "not after the value of a parameter").with_help(if *in_list {
+        "the uncertainties of a list are a list after it: `param k[1..2] = [2, 3] ± [0.3, 0.4]`"
+    } else {
+        "only a parameter has an uncertainty, once, after its whole value: `param g = 9.81 ± 0.01`"
+    }),
 
     /// A comparison outside of a filter.
     #[error("a condition is allowed only after `where`")]

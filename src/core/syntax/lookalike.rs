@@ -115,7 +115,7 @@ fn said(character: char) -> Lookalike {
     Lookalike::Say(match character {
         '{' | '}' => "group with parentheses: `(…)`; vectors and indices have square brackets",
         '|' => "write `abs(x)` or `norm(v)`; in a condition `or`",
-        '%' => "write `mod(a, b)`; a comment begins with `#`",
+        '%' => "10% is `0.1`, as an uncertainty `± 0.1*VALUE`; a remainder is `mod(a, b)`; a comment begins with `#`",
         '\\' => "line breaks mean nothing: just go on in the next line",
         '!' => "write `not`, or `!=` for unequal",
         '°' => "degrees are a unit: `param a : deg = 30`",

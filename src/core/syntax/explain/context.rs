@@ -357,7 +357,12 @@ impl<'s> Context<'s> {
             {
                 Some(SyntaxError::UnaryPlus { span })
             }
-            TokenKind::PlusMinus => Some(SyntaxError::MisplacedUncertainty { span }),
+            TokenKind::PlusMinus => {
+                let value = self.value_start.and_then(|start| self.source.get(start as usize..)).unwrap_or_default();
+                let in_list =
+                    statement == "param" && value.trim_start().starts_with('[') && !self.enclosures.is_empty();
+                Some(SyntaxError::MisplacedUncertainty { in_list, span })
+            }
             TokenKind::Text => Some(SyntaxError::MisplacedText { number: quoted_number(text), span }),
             TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),
             TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { statement, span }),

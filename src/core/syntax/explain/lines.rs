@@ -77,9 +77,15 @@ fn foreign_comment(source: &str, before: Option<Token>, token: Token, complete: 
         own.kind == TokenKind::Word && !words::is_connective(word) && !words::is_statement_word(word)
     };
     let are_words = first_two.into_iter().all(|own| own.is_some_and(plain));
+    let stands_off = first_two[0].is_none_or(|own| own.start > 0);
+    let is_percentage = mark == "%"
+        && token.glued
+        && before.is_some_and(|before| before.kind == TokenKind::Number)
+        && stands_off
+        && !is_text;
     let help = match (mark, end) {
-        // `param p : % = 5` is meant as a unit.
-        _ if before.is_some_and(|before| before.kind == TokenKind::Colon) => return None,
+        // `param p : % = 5` is meant as a unit, `1 ± 10%` as a percentage.
+        _ if before.is_some_and(|before| before.kind == TokenKind::Colon) || is_percentage => return None,
         // Both have a meaning of their own.
         ("--", _) if before.is_none() || complete && are_words => None,
         (";", _) if are_words && !line.contains('=') && suggested(line, first_two[0]?, first_two[1]).is_none() => None,
