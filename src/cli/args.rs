@@ -1,10 +1,11 @@
 //! What can be typed.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use librate::budget::Limits;
@@ -79,7 +80,7 @@ pub(crate) struct Cli {
     pub(crate) message_format: MessageFormat,
     /// Time and memory for the computation: `60s`, `4GB`, `60s,4GB`, `none`; 10 s and 1 GB for a model of up to 8 kB, more in
     /// proportion for a longer one
-    #[arg(long, global = true, value_name = "LIMITS", value_parser = Limits::parse)]
+    #[arg(long, global = true, value_name = "LIMITS", allow_hyphen_values = true, value_parser = Limits::parse)]
     pub(crate) budget: Option<Limits>,
 }
 
@@ -637,6 +638,21 @@ pub(crate) fn positive(text: &str) -> Result<usize, String> {
     let number = Number::parse(text).and_then(|number| number.to_i64());
     let count = number.and_then(|number| usize::try_from(number).ok()).filter(|count| *count > 0);
     count.ok_or_else(|| "a whole number, 1 or more, is needed".to_owned())
+}
+
+/// What was typed. A negative number behind an option is its value, so that the option says what it takes.
+pub(crate) fn parsed(typed: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Cli, clap::Error> {
+    let mut program = with_negative_numbers(Cli::command());
+    let mut matches = program.try_get_matches_from_mut(typed)?;
+    Cli::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut program))
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let options = command.mut_args(|own| {
+        let takes_values = own.get_long().is_some() && own.get_action().takes_values();
+        if takes_values && !own.is_allow_hyphen_values_set() { own.allow_negative_numbers(true) } else { own }
+    });
+    options.mut_subcommands(with_negative_numbers)
 }
 
 /// What a constant expression is worth.

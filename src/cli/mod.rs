@@ -29,7 +29,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{CommandFactory, Parser};
+use clap::CommandFactory;
 use clap_complete::Shell;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
@@ -113,7 +113,7 @@ impl Loaded {
 
 /// Runs the command that was typed.
 pub(crate) fn run() -> ExitCode {
-    let mut cli = match Cli::try_parse() {
+    let mut cli = match args::parsed(std::env::args_os()) {
         Ok(cli) => cli,
         Err(error) => return ended(Err(Failure::Usage(error)), MessageFormat::Text),
     };

@@ -9,7 +9,7 @@ use std::process::{Child, Command as Process, ExitCode};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
 
-use clap::{Args, CommandFactory, Parser};
+use clap::{Args, CommandFactory};
 use librate::syntax::{self, StatementKind};
 use notify_debouncer_full::notify::RecursiveMode;
 use notify_debouncer_full::{DebounceEventResult, new_debouncer};
@@ -45,7 +45,7 @@ impl Task {
             words.insert(0, "modes".into());
         }
         let typed = std::iter::once(OsString::from("librate")).chain(words.iter().cloned());
-        let mut cli = Cli::try_parse_from(typed).map_err(Failure::Usage)?;
+        let mut cli = super::args::parsed(typed).map_err(Failure::Usage)?;
         let file = match &mut cli.command {
             // It would write what it watches.
             Command::Fmt(_) => None,

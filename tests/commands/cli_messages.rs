@@ -53,6 +53,22 @@ fn an_equilibrium_that_runs_away_is_remarked_unless_it_was_given() {
 }
 
 #[test]
+fn negative_numbers_are_values_of_options() {
+    for (line, said) in [
+        ("modes - --lowest -1", "a whole number, 1 or more, is needed"),
+        ("modes - --near -1 --count 1", "a frequency in rad/s, 0 or more, is needed"),
+        ("modes - --budget -1s", "a time, a memory or both are needed"),
+        ("motion - --start x=1 --until 1 --samples -1", "a whole number, 1 or more, is needed"),
+        ("inertia - --mass -1", "the mass must be a positive number"),
+        ("derive - --expand k -1", "`-1` is not a power"),
+        ("plot sweep - --over k=1..2:3 --orders -1", "a frequency in rad/s, 0 or more, is needed"),
+    ] {
+        let run = with_input(&line.split(' ').collect::<Vec<_>>(), "param k = 1  coord x  T = 1/2*x'^2  V = k*x^2");
+        assert!(run.status != 0 && run.err.contains(said) && !run.err.contains("tip"), "{line}: {}", run.err);
+    }
+}
+
+#[test]
 fn all_mistakes_are_told_beside_those_of_syntax() {
     let codes = |model: &str| {
         let run = with_input(&["check", "-", "--message-format", "json"], model);
