@@ -216,6 +216,11 @@ fn what_is_no_message_has_an_answer() {
     }
     assert_eq!(editor.open(URI, PENDULUM), Vec::<Value>::new());
     editor.end();
+    // No memory is taken for what is longer than any text.
+    let mut editor = Editor::new();
+    write!(editor.input.as_mut().unwrap(), "Content-Length: 99999999999\r\n\r\n{{}}").unwrap();
+    drop(editor.input.take());
+    assert_eq!(editor.receive()["error"]["code"], json!(-32700));
 }
 
 #[test]

@@ -12,7 +12,7 @@ mod document;
 mod rest;
 
 use std::collections::HashMap;
-use std::io::{self, Write};
+use std::io::{self, BufRead, Read, Write};
 use std::process::ExitCode;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -28,6 +28,8 @@ use document::Document;
 
 /// A model may take so many seconds, its modes included.
 const SECONDS: u64 = 10;
+/// The longest message read: the longest file, each of its bytes escaped.
+const MOST_BYTES: u64 = 6 * librate::syntax::MOST_BYTES as u64 + (1 << 20);
 /// How often is looked whether that time is over.
 const INTERVAL: Duration = Duration::from_millis(100);
 
@@ -51,10 +53,31 @@ pub(super) fn run() -> ExitCode {
     }
 }
 
+/// The next message; one that is too long is passed over, and is none.
+fn message(input: &mut impl BufRead) -> io::Result<Option<Message>> {
+    let mut header = String::new();
+    let mut length = 0;
+    loop {
+        let start = header.len();
+        let read = input.read_line(&mut header)?;
+        let line = header.get(start..).unwrap_or_default().trim_end();
+        if read == 0 || line.is_empty() || !line.contains(": ") {
+            break;
+        }
+        let value = line.split_once(": ").filter(|(name, _)| name.eq_ignore_ascii_case("Content-Length"));
+        length = value.and_then(|(_, value)| value.parse().ok()).unwrap_or(length);
+    }
+    if length > MOST_BYTES {
+        io::copy(&mut input.take(length), &mut io::sink())?;
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    Message::read(&mut header.as_bytes().chain(input))
+}
+
 /// Hands on the messages of an editor until it ends; what is none has the answer of the protocol, and the next one is read.
 fn read(editor: &Connection) -> io::Result<()> {
     loop {
-        match Message::read(&mut io::stdin().lock()) {
+        match message(&mut io::stdin().lock()) {
             Ok(Some(message)) => {
                 let is_last = matches!(&message, Message::Notification(own) if own.method == "exit");
                 if editor.sender.send(message).is_err() || is_last {
