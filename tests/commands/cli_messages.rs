@@ -77,9 +77,9 @@ fn all_mistakes_are_told_beside_those_of_syntax() {
     let twice = "param a = 1  param a = 2  coord x  T = 1/2*x'^2  V = 1/2 x^2 + sin(x, x) + acs(x)";
     assert_eq!(codes(twice), ["E0103", "E0007"]);
     let apart = "param a = 1/2 b  param a = 2  coord x  T = 1/2*x'^2  V = 1/2*x^2 + sin(x, x) + acs(x)";
-    assert_eq!(codes(apart), ["E0052", "E0113", "E0102"]);
+    assert_eq!(codes(apart), ["E0007", "E0113", "E0102"]);
     // What follows from the broken one is not.
-    assert_eq!(codes("param k = 1/2 b  coord x  T = 1/2*x'^2  V = 1/2*k*x^2"), ["E0052"]);
+    assert_eq!(codes("param k = 1/2 b  coord x  T = 1/2*x'^2  V = 1/2*k*x^2"), ["E0007"]);
     assert_eq!(codes("let u[0] = 2 3  let u[i in 1..2] = u[i-1]  coord x  T = 1/2*x'^2  V = u[0]*x^2"), ["E0008"]);
     assert_eq!(codes("coord x  T = 1/2 x'^2  V = 1/2*x^2"), ["E0007"]);
     let family = "pram n = 4  coord x[1..n]  let y[0] = 0  let y[k in 1..n] = y[k-1] + x[k]

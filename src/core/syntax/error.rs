@@ -44,6 +44,34 @@ fn force_on(name: &str) -> Option<&str> {
     coordinate.or((name == "Q").then_some("x"))
 }
 
+/// What to write for `x = 0` where `x` is declared by a statement with that word.
+fn given_again(name: &str, word: &str) -> String {
+    match word {
+        "coord" if name.ends_with('\'') => format!(
+            "write `equilibrium {name} = …` for the rate of a steady motion, `guess {name} = …` for the start of the search \
+             for a periodic one; a motion begins with `librate motion --start \"{name}=…\"`"
+        ),
+        "coord" => format!(
+            "write `equilibrium {name} = …` for the equilibrium, `guess {name} = …` for the start of the search for it"
+        ),
+        _ => format!("`{name}` has a statement with `{word}` already: change its value there, or take another name"),
+    }
+}
+
+/// Both readings of what stands behind a number.
+fn unit_or_product(fix: Option<&str>, product: Option<&str>, given: Option<&str>, is_same: bool) -> String {
+    let fix = fix.unwrap_or("NAME : UNIT = VALUE");
+    let unit = match given {
+        None => format!("write `{fix}`"),
+        Some(_) if is_same => "remove it, the name has this unit already".to_owned(),
+        Some(given) => format!("the name has the unit `{given}` already; for another one write `{fix}`"),
+    };
+    match product {
+        Some(product) => format!("{unit}, or `{product}` for a product"),
+        None => unit,
+    }
+}
+
 fn partner(bracket: char) -> char {
     if bracket == '(' { ')' } else { ']' }
 }
@@ -88,7 +116,10 @@ Error SyntaxError {
         name: String,
         /// The statement in full, where the one before it tells which word is meant.
         fix: Option<String>,
+        /// The word of the statement that declares it already.
+        declared: Option<&'static str>,
     } => at(*span, "a statement begins here").with_help(match (fix, force_on(name)) {
+        _ if declared.is_some() => given_again(name, declared.unwrap_or_default()),
         (Some(fix), _) => format!("write `{fix}`"),
         (None, Some(coordinate)) => format!(
             "write `force {coordinate} = …` for the force on a coordinate `{coordinate}`, `let {name} = …` for anything else"
@@ -142,12 +173,12 @@ Error SyntaxError {
         text: String,
         /// Whether all of it are factors.
         is_certain: bool,
-        /// The statement with a unit behind its name, where a unit may have been meant.
+        /// What to write if a unit is meant, where it may be.
         unit: Option<String>,
     } => {
         let shown = at(*span, "two factors without an operator between them");
         match unit {
-            Some(unit) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, `{unit}`")),
+            Some(unit) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, {unit}")),
             None if *is_certain => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
             None => shown.with_help(format!("write `{fix}`")),
         }
@@ -190,7 +221,12 @@ Error SyntaxError {
         /// What is replaced, where the argument is in parentheses, and by what.
         change: Option<(Span, String)>,
     } => at(*span, "a power before the argument")
-        .with_help(format!("write `{function}(…)^{exponent}`"))
+        .with_help(match (exponent.as_str(), function.as_str()) {
+            ("-1", "sin" | "cos" | "tan") => {
+                format!("write `a{function}(…)` for the inverse function, `1/{function}(…)` for the reciprocal")
+            }
+            _ => format!("write `{function}(…)^{exponent}`"),
+        })
         .or_replacing(change.as_ref()),
 
     /// `1.` or `.5`.
@@ -206,13 +242,23 @@ Error SyntaxError {
     /// `9,81`
     #[error("the decimal sign is a point, not a comma")]
     "E0012" DecimalComma(span) {
-        /// The number with a point.
-        fix: String,
-        /// Whether there is no blank in it.
+        /// The number with a point for the comma.
+        decimal: Option<String>,
+        /// The number without the commas or points between its thousands.
+        thousands: Option<String>,
+        /// Whether there is no blank in it, and it is one number only.
         is_certain: bool,
-    } => match is_certain {
-        true => at(*span, "two numbers here").written(*span, fix),
-        false => at(*span, "two numbers here").with_help(format!("write `{fix}` for a number, `[…, …]` for a list")),
+    } => match (decimal, thousands) {
+        (Some(decimal), None) if *is_certain => at(*span, "two numbers here").written(*span, decimal),
+        (Some(decimal), None) => at(*span, "two numbers here")
+            .with_help(format!("write `{decimal}` for a number, `[…, …]` for a list")),
+        (Some(decimal), Some(thousands)) => at(*span, "two numbers here").with_help(format!(
+            "write `{decimal}` if the comma is the decimal sign, `{thousands}` if it separates thousands"
+        )),
+        (None, thousands) => at(*span, "several numbers here").with_help(format!(
+            "write `{}` for a number, without signs between the digits; `[…, …]` for a list",
+            thousands.as_deref().unwrap_or("…")
+        )),
     },
 
     /// `+x`
@@ -562,10 +608,14 @@ Error SyntaxError {
     "E0052" UnitBehindValue(span) {
         /// The statement with the unit where it belongs, if it is short.
         fix: Option<String>,
+        /// The value as a product, which may be meant.
+        product: Option<String>,
+        /// The unit that the name has already.
+        given: Option<String>,
         /// What is replaced, where it can only be a unit, and by what.
         change: Option<(Span, String)>,
     } => at(*span, "after the value")
-        .with_help(format!("write `{}`", fix.as_deref().unwrap_or("NAME : UNIT = VALUE")))
+        .with_help(unit_or_product(fix.as_deref(), product.as_deref(), given.as_deref(), change.is_some()))
         .or_replacing(change.as_ref()),
 
     /// Something in a unit that is no part of one.
@@ -594,7 +644,13 @@ Error SyntaxError {
 
     /// `table NAME` without a path in quotes.
     #[error("`table` needs the path of a CSV file in quotes")]
-    "E0057" MissingPath(span) => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
+    "E0057" MissingPath(span) {
+        /// The path in the quotes that it needs, where it has others.
+        fix: Option<String>,
+    } => match fix {
+        Some(fix) => at(*span, "no double quotes").written(*span, fix),
+        None => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
+    },
 
     /// `x'(t)`, `d/dt x`, `x.diff(t)`
     #[error("{}", match .fix {
@@ -651,9 +707,12 @@ Error SyntaxError {
         .with_help(format!("write `constraint {fix} …`"))
         .or_replacing(place.map(|place| (place, format!(" {fix}"))).as_ref()),
 
-    /// `x[1:3]`
+    /// `x[1:3]`, `i in 1 to 3`
     #[error("a range is written with two points")]
-    "E0067" ColonForRange(span) => at(*span, "a colon begins a unit").written(*span, ".."),
+    "E0067" ColonForRange(span) {
+        /// Whether it is the word `to`.
+        is_word: bool,
+    } => at(*span, if *is_word { "not a word of the language" } else { "a colon begins a unit" }).written(*span, ".."),
 
     /// `x(0) = 1`
     #[error("a model has no initial values")]
@@ -663,6 +722,26 @@ Error SyntaxError {
     } => at(*span, "a value at one time").with_help(format!(
         "remove the line, and give the value to the motion that begins with it: `librate motion FILE --start \"{fix}\"`"
     )),
+
+    /// `0x10`, `1_000`, `6.02x10^23`, `1e`
+    #[error("this is not a number of the language")]
+    "E0069" ForeignNumber(span) {
+        /// The number as the language has it.
+        fix: Option<String>,
+    } => match fix {
+        Some(fix) => at(*span, "a number and letters").written(*span, fix),
+        None => at(*span, "digits are missing after the `e`")
+            .with_help("write the power of ten after it: `6.02e23`, `1e-3`"),
+    },
+
+    /// A name with a letter that looks like another one: the sign of the ohm for Omega.
+    #[error("`{character}` (U+{:04X}) is the same as `{meant}` (U+{:04X}) and is not used in names", u32::from(*.character), u32::from(*.meant))]
+    "E0070" UnusualLetter(span) {
+        /// As it is written.
+        character: char,
+        /// The letter that Unicode has it for.
+        meant: char,
+    } => at(*span, format!("`{meant}` is meant")).written(*span, *meant),
 
     /// Anything else.
     #[error("{found} is not allowed here")]

@@ -67,6 +67,33 @@ pub(super) fn advice(run: &str) -> Lookalike {
     Lookalike::Write(plain.to_owned())
 }
 
+/// The letter that Unicode holds a Greek or Latin one for, which then is never seen in a text in its normal form (NFC).
+pub(super) fn composed(letter: char) -> Option<char> {
+    Some(match letter {
+        '\u{2126}' => 'Ω',
+        '\u{212a}' => 'K',
+        '\u{212b}' => 'Å',
+        '\u{1f71}' => 'ά',
+        '\u{1f73}' => 'έ',
+        '\u{1f75}' => 'ή',
+        '\u{1f77}' => 'ί',
+        '\u{1f79}' => 'ό',
+        '\u{1f7b}' => 'ύ',
+        '\u{1f7d}' => 'ώ',
+        '\u{1fbb}' => 'Ά',
+        '\u{1fbe}' => 'ι',
+        '\u{1fc9}' => 'Έ',
+        '\u{1fcb}' => 'Ή',
+        '\u{1fd3}' => 'ΐ',
+        '\u{1fdb}' => 'Ί',
+        '\u{1fe3}' => 'ΰ',
+        '\u{1feb}' => 'Ύ',
+        '\u{1ff9}' => 'Ό',
+        '\u{1ffb}' => 'Ώ',
+        _ => return None,
+    })
+}
+
 /// What to write for a command of TeX, given without its backslash.
 fn typeset(command: &str) -> Lookalike {
     let (word, group) = match command.split_once('{') {

@@ -24,6 +24,7 @@ mod names;
 mod print;
 mod split;
 mod text;
+pub(crate) mod units;
 mod walk;
 mod words;
 

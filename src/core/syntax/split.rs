@@ -6,6 +6,8 @@
 //! [`MOST_LEVELS`], so that no later pass meets a tree too deep for its stack. What stands in a
 //! statement is not read here.
 
+use std::collections::HashSet;
+
 use super::ast::Comment;
 use super::error::SyntaxError;
 use super::lexer::{Lexer, Token, TokenKind};
@@ -55,6 +57,7 @@ struct Splitter<'s> {
     current: Option<Piece>,
     /// The word that `current` begins with.
     word: &'s str,
+    coordinates: HashSet<&'s str>,
     /// Behind text that belongs to no statement, until the next one begins.
     lost: bool,
     /// Whether a comment of another language interrupts `current`, so that nothing may go on behind it.
@@ -121,9 +124,7 @@ impl<'s> Splitter<'s> {
             self.current = Some(Piece { span: token.span(), broken: false });
             self.word = token.text(self.source);
             self.lost = false;
-        } else if let Some(error) =
-            explain::foreign_line(self.source, self.previous, token, rest, !self.brackets.is_empty(), self.word)
-        {
+        } else if let Some(error) = self.foreign_line(token, rest) {
             let comment = matches!(error, SyntaxError::ForeignComment { .. });
             let passed = comment && self.lost && !token.first_on_line;
             if comment {
@@ -146,6 +147,11 @@ impl<'s> Splitter<'s> {
         } else if let Some(current) = &mut self.current {
             current.span.end = token.end;
             current.broken |= self.interrupted;
+            let is_named = self.brackets.is_empty()
+                && self.previous.is_some_and(|own| own.kind == TokenKind::Comma || own.text(self.source) == "coord");
+            if self.word == "coord" && is_named && token.kind == TokenKind::Word {
+                self.coordinates.insert(token.text(self.source));
+            }
             self.inspect(token);
         } else if !self.lost {
             self.lost = true;
@@ -161,14 +167,30 @@ impl<'s> Splitter<'s> {
         false
     }
 
+    fn foreign_line(&self, token: Token, rest: Lexer<'s>) -> Option<SyntaxError> {
+        let is_coordinate = token.first_on_line && self.coordinates.contains(token.text(self.source));
+        let in_brackets = !self.brackets.is_empty();
+        explain::foreign_line(self.source, self.previous, token, rest, in_brackets, self.word, is_coordinate)
+    }
+
     /// Whether the word begins a statement, and isn't a unit, a column, or a mistake.
     fn begins_statement(&self, token: Token, rest: Lexer<'s>) -> bool {
         let word = token.text(self.source);
         if !words::is_statement_word(word) {
             return false;
         }
-        let (Some(current), Some(previous)) = (self.current, self.previous) else { return true };
+        let Some(previous) = self.previous else { return true };
         let before = previous.text(self.source);
+        // `L = T - V` is lost as a whole.
+        if self.lost
+            && words::is_function_statement(word)
+            && !token.first_on_line
+            && expects_operand(previous.kind, before)
+            && next_token(rest).is_none_or(|next| next.kind != TokenKind::Equals)
+        {
+            return false;
+        }
+        let Some(current) = self.current else { return true };
         if previous.kind == TokenKind::Dot && token.glued {
             return false;
         }
@@ -228,6 +250,14 @@ impl<'s> Splitter<'s> {
                 Some(SyntaxError::HalfNumber { fix: (!is_whole).then(|| whole_number(text)), span })
             }
             TokenKind::OpenText => Some(SyntaxError::OpenText { span }),
+            TokenKind::Word if !text.is_ascii() => {
+                let mut letters = text.char_indices();
+                let (at, character, meant) =
+                    letters.find_map(|(at, own)| lookalike::composed(own).map(|meant| (at, own, meant)))?;
+                let start = token.start + at as u32;
+                let span = Span::new(start, start + character.len_utf8() as u32);
+                Some(SyntaxError::UnusualLetter { character, meant, span })
+            }
             TokenKind::DoubleStar => Some(SyntaxError::DoubleStar { span }),
             TokenKind::Illegal => {
                 if let Some(error) = self.index_in_braces(token) {

@@ -207,7 +207,7 @@ impl<'s> Context<'s> {
             };
         }
         match self.before.kind {
-            TokenKind::Equals if statement == "table" => SyntaxError::MissingPath { span },
+            TokenKind::Equals if statement == "table" => SyntaxError::MissingPath { fix: None, span },
             TokenKind::Equals => SyntaxError::MissingValue { span },
             TokenKind::Colon => SyntaxError::MissingUnit { span, assignment: None },
             TokenKind::Dot => SyntaxError::MissingColumn { span },
@@ -277,7 +277,7 @@ impl<'s> Context<'s> {
             && (enclosure.has_in || self.part == Part::Name && words::is_naming(statement))
             && matches!(self.before.kind, TokenKind::Number | TokenKind::Word)
         {
-            return Some(SyntaxError::ColonForRange { span });
+            return Some(SyntaxError::ColonForRange { is_word: false, span });
         }
         if found.kind == TokenKind::Word && self.before_expects_operand() {
             match text {
@@ -365,6 +365,7 @@ impl<'s> Context<'s> {
             }
             TokenKind::Text => Some(SyntaxError::MisplacedText { number: quoted_number(text), span }),
             TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),
+            TokenKind::Prime if statement == "table" && self.part == Part::Value => self.path_in_single_quotes(found),
             TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { statement, span }),
             TokenKind::Prime if self.before.kind == TokenKind::Number => {
                 Some(SyntaxError::PostfixOnNumber { sign: text.to_owned(), span })
@@ -373,11 +374,7 @@ impl<'s> Context<'s> {
             TokenKind::Comparison if naming && text == "==" => Some(SyntaxError::ComparisonForEquals { span }),
             TokenKind::Comma => self.comma(found, naming),
             TokenKind::Colon if self.enclosures.is_empty() => match self.part {
-                Part::Value if words::is_naming(statement) => Some(SyntaxError::UnitBehindValue {
-                    fix: self.after.and_then(|unit| self.with_unit_behind_name(unit)),
-                    change: self.after.and_then(|unit| self.unit_moved(unit)),
-                    span,
-                }),
+                Part::Value if words::is_naming(statement) => Some(self.unit_behind_colon(found)),
                 Part::Name if matches!(statement, "param" | "coord" | "let") => None,
                 Part::Unit => None,
                 Part::Name | Part::Value => Some(SyntaxError::MisplacedUnit { statement, span }),
@@ -411,6 +408,14 @@ impl<'s> Context<'s> {
             }
             _ => None,
         }
+    }
+
+    /// `table t = 'a.csv'`
+    fn path_in_single_quotes(&self, open: Token) -> Option<SyntaxError> {
+        let rest = self.source.get(open.end as usize..self.end as usize)?;
+        let (path, _) = rest.lines().next()?.split_once('\'')?;
+        let span = Span::new(open.start, open.end + path.len() as u32 + 1);
+        Some(SyntaxError::MissingPath { fix: (!path.contains('"')).then(|| format!("\"{path}\"")), span })
     }
 
     pub(super) fn missing_operand(&self, found: Token) -> SyntaxError {
@@ -466,12 +471,41 @@ impl<'s> Context<'s> {
     }
 }
 
-/// `1,5`: numbers before and after a comma outside of brackets.
+/// `1,5`, `1,000`, `1.000,5`: numbers before and after a comma outside of brackets; what can be no number is none of these.
 fn decimal_comma(source: &str, before: Token, after: Token) -> Option<SyntaxError> {
-    (before.kind == TokenKind::Number && after.kind == TokenKind::Number).then(|| SyntaxError::DecimalComma {
-        fix: format!("{}.{}", before.text(source), after.text(source)),
-        is_certain: before.end + 1 == after.start,
-        span: before.span().to(after.span()),
+    if before.kind != TokenKind::Number || after.kind != TokenKind::Number {
+        return None;
+    }
+    let is_whole = before.end + 1 == after.start;
+    let mut groups = vec![before.text(source), after.text(source)];
+    let mut end = after.end;
+    let mut rest = Lexer::new(source, Span::new(end, source.len() as u32));
+    while let (Some(comma), Some(number)) = (rest.next(), rest.next())
+        && (is_whole && comma.glued && comma.kind == TokenKind::Comma)
+        && (number.glued && number.kind == TokenKind::Number)
+    {
+        groups.push(number.text(source));
+        end = number.end;
+    }
+    let plain = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
+    let [first, middle @ .., last] = groups.as_slice() else { return None };
+    let (whole, fraction) = last.split_once('.').map_or((*last, None), |(whole, rest)| (whole, Some(rest)));
+    let in_threes = middle.iter().chain([&whole]).all(|own| own.len() == 3 && plain(own));
+    let grouped = in_threes && plain(first) && first.len() <= 3 && *first != "0";
+    let thousands = match first.split_once('.') {
+        _ if grouped => Some(groups.concat()),
+        Some((left, right)) if right.len() == 3 && middle.is_empty() && plain(last) => {
+            Some(format!("{left}{right}.{last}"))
+        }
+        _ => None,
+    };
+    let is_one = middle.is_empty() && fraction.is_none() && plain(first);
+    let decimal = is_one.then(|| groups.join("."));
+    (decimal.is_some() || thousands.is_some()).then(|| SyntaxError::DecimalComma {
+        is_certain: is_whole && !in_threes,
+        decimal,
+        thousands,
+        span: Span::new(before.start, end),
     })
 }
 

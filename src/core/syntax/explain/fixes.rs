@@ -41,7 +41,7 @@ fn compact(source: &str, span: Span) -> Option<String> {
 }
 
 /// A piece of the text on one line, its gaps closed to single spaces.
-fn verbatim(source: &str, start: u32, end: u32) -> Option<String> {
+pub(super) fn verbatim(source: &str, start: u32, end: u32) -> Option<String> {
     let text = source.get(Span::new(start, end).range())?;
     let plain = !text.trim().is_empty() && !text.trim().contains(['\n', '#']);
     let words: Vec<&str> = text.split_whitespace().take(MOST_CHARACTERS).collect();
@@ -162,20 +162,36 @@ fn with_index(text: &str) -> Option<String> {
 
 /// Whether a name is declared before a place, and not too long before.
 pub(super) fn is_declared(source: &str, place: u32, name: &str) -> bool {
+    declaring_word(source, place, name).is_some()
+}
+
+/// The word of the statement that declares a name before a place.
+pub(super) fn declaring_word(source: &str, place: u32, name: &str) -> Option<&'static str> {
     let mut from = place.saturating_sub(LOOKED_BACK);
     while !source.is_char_boundary(from as usize) {
         from += 1;
     }
+    declared_in(source, Span::new(from, place), name)
+}
+
+/// The same for a name that is given again; a family may have several pieces.
+pub(super) fn given_by(source: &str, name: Token, next: Option<Token>) -> Option<&'static str> {
+    let is_member = next.is_some_and(|next| next.text(source) == "[");
+    declaring_word(source, name.start, name.text(source)).filter(|word| *word == "coord" || !is_member)
+}
+
+/// The word of the statement that declares a name in a part of the text.
+pub(super) fn declared_in(source: &str, part: Span, name: &str) -> Option<&'static str> {
     let mut before: Option<Token> = None;
     let (mut word, mut depth) = ("", 0_usize);
-    for token in Lexer::new(source, Span::new(from, place)).code() {
+    for token in Lexer::new(source, part).code() {
         let text = token.text(source);
         let declares = before.is_some_and(|before| match before.kind {
             TokenKind::Comma => depth == 0 && words::takes_several(word),
             _ => words::is_naming(before.text(source)),
         });
         if declares && text == name {
-            return true;
+            return words::STATEMENT_WORDS.into_iter().find(|own| *own == word);
         }
         match token.kind {
             TokenKind::Open => depth += 1,
@@ -185,7 +201,7 @@ pub(super) fn is_declared(source: &str, place: u32, name: &str) -> bool {
         }
         before = Some(token);
     }
-    false
+    None
 }
 
 impl Context<'_> {
@@ -350,49 +366,6 @@ impl Context<'_> {
         compact(self.source, Span::new(self.chain?, self.before.end))
     }
 
-    /// `param l = 30 cm`, `param g = 9.81 : m/s^2`: the statement with the unit behind the name.
-    pub(super) fn with_unit_behind_name(&self, unit: Token) -> Option<String> {
-        let name = verbatim(self.source, self.name_start, self.name_end?)?;
-        let value = verbatim(self.source, self.value_start?, self.before.end)?;
-        let unit = verbatim(self.source, unit.start, self.unit_end(unit)?)?;
-        let bare = unit
-            .strip_prefix(['(', '['])
-            .and_then(|rest| rest.strip_suffix([')', ']']))
-            .filter(|rest| !rest.contains([')', ']']));
-        let unit = bare.unwrap_or(&unit).trim();
-        short(format!("{} {name} : {unit} = {value}", self.statement))
-    }
-
-    /// Where a unit ends that begins at a token; `None` where something else goes on.
-    pub(super) fn unit_end(&self, unit: Token) -> Option<u32> {
-        let (mut end, mut complete) = (unit.end, false);
-        let mut exponent = false;
-        for token in Lexer::new(self.source, Span::new(unit.start, self.end)).code() {
-            match token.kind {
-                TokenKind::Word | TokenKind::Number | TokenKind::Open | TokenKind::Comma if complete => break,
-                TokenKind::Word | TokenKind::Number | TokenKind::Close => complete = true,
-                TokenKind::Open | TokenKind::Star | TokenKind::Slash | TokenKind::Caret => complete = false,
-                TokenKind::Minus if exponent => complete = false,
-                _ => return None,
-            }
-            exponent = token.kind == TokenKind::Caret || exponent && token.kind == TokenKind::Open;
-            end = token.end;
-        }
-        complete.then_some(end)
-    }
-
-    /// The unit that begins at a token put behind the name: what is replaced, and by what.
-    pub(super) fn unit_moved(&self, unit: Token) -> Option<(Span, String)> {
-        let value = verbatim(self.source, self.value_start?, self.before.end)?;
-        let end = self.unit_end(unit)?;
-        let unit = verbatim(self.source, unit.start, end)?;
-        // What is given several times, or has brackets around its unit, is left to the author.
-        let plain = self.part == Part::Value && unit.starts_with(|c: char| c.is_alphabetic());
-        let name = self.source.get(self.name_start as usize..self.name_end.filter(|_| plain)? as usize)?.trim_end();
-        let place = Span::new(self.name_start + name.len() as u32, end);
-        Some((place, format!(" : {unit} = {value}")))
-    }
-
     /// `sin^2(x)` as `sin(x)^2`, with parentheses that open at a token: what is replaced, and by what.
     pub(super) fn power_moved(&self, function: Token, exponent: &str, open: Token) -> Option<(Span, String)> {
         // `sin^-1` is mostly meant as the inverse function.
@@ -445,32 +418,6 @@ impl Context<'_> {
         let rest = Lexer::new(self.source, Span::new(first.start, self.end));
         let words: Vec<&str> = rest.take(4).map(|own| self.text(own)).collect();
         self.statement == "lagrangian" && self.before.kind == TokenKind::Equals && words == ["T", "-", "V"]
-    }
-
-    /// The names in a unit that begins at a token.
-    pub(super) fn names_of_unit(&self, unit: Token) -> impl Iterator<Item = &str> {
-        let end = self.unit_end(unit).unwrap_or(unit.end);
-        let all = Lexer::new(self.source, Span::new(unit.start, end));
-        all.filter(|token| token.kind == TokenKind::Word).map(|token| self.text(token))
-    }
-
-    /// Whether a unit may begin at `found`: behind a value of numbers alone, with a name that is one of units.
-    pub(super) fn is_unit_behind_number(&self, found: Token, is_unit: &dyn Fn(&str) -> bool) -> bool {
-        let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close) || self.text(self.before) == "pi";
-        let with_value = matches!(self.statement, "param" | "let" | "guess" | "equilibrium");
-        let Some(start) = self.value_start.filter(|_| behind && with_value) else { return false };
-        let of_numbers = Lexer::new(self.source, Span::new(start, self.before.end)).all(|token| {
-            let text = self.text(token);
-            token.kind != TokenKind::Word || text == "pi" || words::is_function(text)
-        });
-        // Where it does not end as a unit, its first name tells.
-        if self.unit_end(found).is_none() && found.kind != TokenKind::Word {
-            return false;
-        }
-        of_numbers
-            && self.enclosures.is_empty()
-            && self.names_of_unit(found).all(|name| words::reserved_meaning(name).is_none())
-            && self.names_of_unit(found).any(is_unit)
     }
 
     /// Whether a name is declared before the statement, and not too long before.

@@ -30,7 +30,7 @@ const ACCELERATIONS: [(&str, &str); 6] =
     [("dd", ""), ("", "_ddot"), ("", "ddot"), ("", "_dd"), ("", "dd"), ("", "_tt")];
 
 /// The mistake of a line that begins at `token`, or of its rest if that is a comment; `before` is the token before it, in a
-/// statement that begins with the word `statement`.
+/// statement that begins with the word `statement`; `is_coordinate` is that `token` names one.
 pub(in super::super) fn foreign_line(
     source: &str,
     before: Option<Token>,
@@ -38,6 +38,7 @@ pub(in super::super) fn foreign_line(
     rest: Lexer<'_>,
     in_brackets: bool,
     statement: &str,
+    is_coordinate: bool,
 ) -> Option<SyntaxError> {
     let complete = before.is_none_or(|before| {
         let text = before.text(source);
@@ -55,7 +56,9 @@ pub(in super::super) fn foreign_line(
         {
             foreign_comment(source, before, token, complete)
         }
-        TokenKind::Word | TokenKind::Number if first => of_another_language(source, token, rest, statement),
+        TokenKind::Word | TokenKind::Number if first => {
+            of_another_language(source, token, rest, statement, is_coordinate)
+        }
         _ => None,
     }
 }
@@ -158,7 +161,7 @@ fn constraint_without_word(source: &str, line: &[Token], statement: &str) -> Opt
     let text = |span: Span| source.get(span.range()).map(str::trim);
     let name = text(left.first()?.span().to(left.last()?.span()))?.to_owned();
     let fix = format!("constraint {name} = {}", text(right.first()?.span().to(right.last()?.span()))?);
-    Some(SyntaxError::MissingStatementWord { name, fix: Some(fix), span: line.first()?.span() })
+    Some(SyntaxError::MissingStatementWord { name, fix: Some(fix), declared: None, span: line.first()?.span() })
 }
 
 /// `x(0) = 1`, `x[1]'(0) = 0`: a line that begins with a declared name and gives its value at the time 0.
@@ -173,7 +176,36 @@ fn initial_value(source: &str, line: &[Token]) -> Option<SyntaxError> {
     Some(SyntaxError::InitialValue { fix: format!("{name}={value}"), span: first.span().to(close.span()) })
 }
 
-fn of_another_language(source: &str, token: Token, rest: Lexer<'_>, statement: &str) -> Option<SyntaxError> {
+/// `x = 0`, `x[1]' = 0`: a line that begins with a coordinate and gives it a value.
+fn value_of_coordinate(source: &str, line: &[Token]) -> Option<SyntaxError> {
+    let equals = line.iter().position(|own| own.kind == TokenKind::Equals)?;
+    let (first, members) = line.get(..equals)?.split_first()?;
+    let (last, inside) = members.split_last().map_or((None, members), |(last, rest)| (Some(last), rest));
+    let members = if last.is_some_and(|own| own.kind == TokenKind::Prime) { inside } else { members };
+    let in_brackets = match members {
+        [] => true,
+        [open, .., close] => open.text(source) == "[" && close.text(source) == "]" && open.glued,
+        [_] => false,
+    };
+    let plain = |own: &Token| matches!(own.kind, TokenKind::Number | TokenKind::Word | TokenKind::Comma);
+    let plain = members.iter().all(|own| plain(own) || matches!(own.kind, TokenKind::Open | TokenKind::Close));
+    let span = first.span().to(line.get(equals - 1)?.span());
+    let name = source.get(span.range())?.to_owned();
+    (in_brackets && plain).then_some(SyntaxError::MissingStatementWord {
+        name,
+        fix: None,
+        declared: Some("coord"),
+        span,
+    })
+}
+
+fn of_another_language(
+    source: &str,
+    token: Token,
+    rest: Lexer<'_>,
+    statement: &str,
+    is_coordinate: bool,
+) -> Option<SyntaxError> {
     let mut line = vec![token];
     line.extend(rest.code().take_while(|other| !other.first_on_line));
     let span = token.span().to(line.last()?.span());
@@ -197,5 +229,6 @@ fn of_another_language(source: &str, token: Token, rest: Lexer<'_>, statement: &
     {
         return Some(SyntaxError::EquationOfMotion { coordinate, span });
     }
-    constraint_without_word(source, &line, statement)
+    let value = if is_coordinate { value_of_coordinate(source, &line) } else { None };
+    value.or_else(|| constraint_without_word(source, &line, statement))
 }

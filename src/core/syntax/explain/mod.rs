@@ -8,6 +8,7 @@ mod context;
 mod fixes;
 mod lines;
 mod operands;
+mod units;
 
 use super::error::SyntaxError;
 use super::lexer::{Lexer, Token, TokenKind};
@@ -37,7 +38,8 @@ pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> S
     let suggestion = suggested(source, token, next);
     let is_unknown = suggestion.is_none() && !words::is_control(text);
     if is_unknown && next.is_some_and(|next| binds(source, next)) && words::reserved_meaning(text).is_none() {
-        SyntaxError::MissingStatementWord { name: text.to_owned(), fix: None, span: token.span() }
+        let declared = fixes::given_by(source, token, next);
+        SyntaxError::MissingStatementWord { name: text.to_owned(), fix: None, declared, span: token.span() }
     } else {
         let is_certain = suggestion.is_some_and(|own| words::synonym(text) == Some(own) || is_misspelt(text, own));
         SyntaxError::UnknownStatement { word: text.to_owned(), suggestion, is_certain, span: token.span() }

@@ -27,7 +27,7 @@ impl Context<'_> {
             return Some(SyntaxError::WordInExpression { word: text.to_owned(), needless, span });
         }
         if self.statement == "table" && self.part == Part::Value {
-            return Some(SyntaxError::MissingPath { span });
+            return Some(SyntaxError::MissingPath { fix: None, span });
         }
         if self.before_expects_operand() {
             return None;
@@ -75,6 +75,7 @@ impl Context<'_> {
             return Some(SyntaxError::MissingStatementWord {
                 name: text.to_owned(),
                 fix: self.with_statement_word(found),
+                declared: fixes::given_by(self.source, found, self.after),
                 span,
             });
         }
@@ -84,13 +85,12 @@ impl Context<'_> {
         if let Some(chosen) = [self.before, found].into_iter().find(|own| chooses(*own)) {
             return Some(SyntaxError::ConditionOutsideFilter { is_choice: true, span: chosen.span() });
         }
-        if self.is_unit_behind_number(found, &|name| !self.is_declared(name)) {
-            let is_unit = self.names_of_unit(found).all(|own| words::UNITS_BEHIND_NUMBERS.contains(&own));
-            return Some(SyntaxError::UnitBehindValue {
-                fix: self.with_unit_behind_name(found),
-                change: if is_unit { self.unit_moved(found) } else { None },
-                span: Span::new(found.start, self.unit_end(found).unwrap_or(found.end)),
-            });
+        if text == "to" && self.enclosures.last().is_some_and(|own| own.has_in && !own.has_range) {
+            let end = self.after.filter(|after| !after.first_on_line).map_or(found.end, |after| after.start);
+            return Some(SyntaxError::ColonForRange { is_word: true, span: Span::new(self.before.end, end) });
+        }
+        if let Some(error) = self.foreign_number(found).or_else(|| self.misplaced_unit(found)) {
+            return Some(error);
         }
         if text == "[" && self.before.kind == TokenKind::Number {
             return Some(SyntaxError::PostfixOnNumber { sign: text.to_owned(), span });
@@ -118,12 +118,18 @@ impl Context<'_> {
             let whole = self.after.is_none_or(|after| {
                 matches!(after.kind, TokenKind::Word | TokenKind::Plus | TokenKind::Minus | TokenKind::Close)
             });
-            let argument = if whole && found.kind != TokenKind::Open { self.text(found) } else { "…" };
-            return SyntaxError::MissingParentheses {
-                function: self.text(before).to_owned(),
-                argument: argument.to_owned(),
-                span: both,
+            let argument = match self.after {
+                // `sin 2x`
+                Some(after)
+                    if found.kind == TokenKind::Number && after.kind == TokenKind::Word && !after.first_on_line =>
+                {
+                    let product = format!("{}*{}", self.text(found), self.text(after));
+                    if words::reserved_meaning(self.text(after)).is_none() { product } else { "…".to_owned() }
+                }
+                _ if whole && found.kind != TokenKind::Open => self.text(found).to_owned(),
+                _ => "…".to_owned(),
             };
+            return SyntaxError::MissingParentheses { function: self.text(before).to_owned(), argument, span: both };
         }
         let chain = Lexer::new(self.source, Span::new(self.chain.unwrap_or(found.start), found.start));
         let chain: Vec<Token> = chain.collect();
@@ -164,15 +170,7 @@ impl Context<'_> {
             (text, _) => text.to_owned(),
         };
         let span = self.before.span().to(found.span());
-        // `1_000`
-        let grouped = self.text(found).strip_prefix('_').filter(|rest| rest.bytes().all(|b| b.is_ascii_digit()));
-        if let (Some(rest), TokenKind::Number, true) = (grouped, self.before.kind, found.glued) {
-            let text = format!("{}{}", self.text(self.before), rest.replace('_', ""));
-            let fix = text.clone();
-            return SyntaxError::MissingMultiplication { fix, place: span, text, is_certain: true, unit: None, span };
-        }
-        let is_unit = self.is_unit_behind_number(found, &|name| words::SHORT_UNITS.contains(&name));
-        let unit = if is_unit { self.with_unit_behind_name(found) } else { None };
+        let unit = self.with_unit(found);
         // A line that is meant for itself is no factor.
         let whole = self.product_with_signs().filter(|(span, _)| span.end > found.start);
         let is_factor = whole.is_some() || !found.first_on_line;
