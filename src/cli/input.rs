@@ -80,12 +80,16 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, Failure> {
     bytes.map_err(|reason| cannot_read("", file, &reason))
 }
 
+/// Why a named pipe is not read.
+const NOT_A_FILE: &str = "it is a pipe or a device, not a file";
+
 fn cannot_read(what: &str, file: &Path, reason: &str) -> Failure {
     let space = if what.is_empty() { "" } else { " " };
+    let hint = if reason == NOT_A_FILE { "; `-` reads standard input" } else { "" };
     fault(if is_stream(file) {
         format!("can't read the {what}{space}from standard input: {reason}")
     } else {
-        format!("can't read the {what}{space}file `{}`: {reason}", file.display())
+        format!("can't read the {what}{space}file `{}`: {reason}{hint}", file.display())
     })
 }
 
@@ -184,7 +188,7 @@ fn read_file(file: &Path, most: usize) -> Result<Vec<u8>, String> {
         return Err("it is a directory".to_owned());
     }
     if !kind.is_file() {
-        return Err("it is a pipe or a device, not a file; `-` reads standard input".to_owned());
+        return Err(NOT_A_FILE.to_owned());
     }
     all(open(file)?, most)
 }

@@ -101,7 +101,12 @@ fn pipes_and_devices_keep_nobody_waiting() {
         }
     }
     fs::write(folder.join("m.lag"), "table q = \"pipe.lag\"  coord x  T = x'^2").unwrap();
-    is_fault(&within(&folder, &["check", "m.lag"]), "a pipe or a device, not a file");
+    let run = within(&folder, &["check", "m.lag"]);
+    is_fault(&run, "a pipe or a device, not a file");
+    assert!(!run.err.contains("standard input"), "{}", run.err);
+    fs::write(folder.join("q.csv"), b"a,b\n1,\xff\n").unwrap();
+    fs::write(folder.join("m.lag"), "table q = \"q.csv\"  coord x  T = x'^2").unwrap();
+    is_fault(&within(&folder, &["check", "m.lag"]), "save it as UTF-8 text");
     is_fault(&shell(&folder, "\"$L\" modes - < /dev/zero"), "the file is too large");
     // What a shell hands over is read to its end.
     fs::write(folder.join("neat.lag"), NEAT).unwrap();

@@ -4,11 +4,12 @@ use super::ModelError;
 use super::functions::{Builtin, check_count};
 use super::names::{Entity, World};
 use super::program::{Binder, BinderKind, Field, IndexForm, IndexProgram, Op, Program, SumProgram};
+use super::survey::mentions;
 use crate::diagnostic::Meant;
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{self, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Member, Name};
+use crate::syntax::{self, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Member, Name, Statement};
 
 /// Mistakes beyond this number are not reported.
 pub(super) const MOST_ERRORS: usize = 1000;
@@ -104,6 +105,10 @@ impl<'a> Compiler<'a> {
             return;
         }
         let later = self.later.get(name).copied();
+        if let Some(error) = later.and_then(|later| self.circular(name, later, span)) {
+            self.errors.push(error);
+            return;
+        }
         // Suggestions are for people, who neither make nor read hundreds of such mistakes.
         let few = later.is_none() && self.errors.len() < 50 && self.world.names.len() < 10_000;
         let nearest = if few { self.meant(name, indices, scope) } else { None };
@@ -117,6 +122,23 @@ impl<'a> Compiler<'a> {
         }
         let name = name.to_owned();
         self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate });
+    }
+
+    /// `param m = m`, and `let a = b` where `b` is declared later and uses `a`.
+    fn circular(&self, name: &str, later: Span, span: Span) -> Option<ModelError> {
+        let holds = |own: &&Statement, place: Span| own.span.start <= place.start && place.end <= own.span.end;
+        let user = self.file.statements.iter().find(|own| holds(own, span))?;
+        let through = Some(name.to_owned());
+        let own = user.kind.declared();
+        if let Some(own) = own.iter().find(|own| own.text.as_str() == name) {
+            (own.span.end <= span.start).then_some(())?;
+            return Some(ModelError::RecursiveLet { name: own.text.to_string(), through, span });
+        }
+        let [user] = own.as_slice() else { return None };
+        let definition = self.file.statements.iter().find(|own| holds(own, later))?;
+        let mut values = definition.kind.bindings().iter().filter_map(|own| own.value);
+        let uses = values.any(|value| mentions(self.file, value, |own| own == user.text.as_str()));
+        uses.then(|| ModelError::RecursiveLet { name: user.text.to_string(), through, span })
     }
 
     /// The same where a table or a row of one belongs.
@@ -230,7 +252,13 @@ impl<'a> Compiler<'a> {
     fn call(&mut self, at: ExprRef, function: &Name, arguments: &[ExprRef], scope: &mut Scope, tasks: &mut Vec<Task>) {
         let span = self.file.expr(at).span;
         if matches!(function.text.as_str(), "mod" | "floor" | "rows") {
+            let before = self.errors.len();
             let number = self.index(at, scope);
+            for error in self.errors.iter_mut().skip(before) {
+                if let ModelError::NotForIndices { inside, .. } = error {
+                    *inside = Some(function.text.to_string());
+                }
+            }
             tasks.push(Task::Emit(Op::Number(number), span));
             return;
         }

@@ -84,7 +84,7 @@ impl Compiler<'_> {
                     // `x[[i]]`
                     let written: Vec<String> = parts.iter().map(|own| print_expr(file, *own)).collect();
                     let (what, index) = ("a vector".to_owned(), Some(written.join(", ")));
-                    self.fail(ModelError::NotForIndices { what, index, span });
+                    self.fail(ModelError::NotForIndices { what, index, inside: None, span });
                     (IndexOp::Broken, vec![])
                 }
             };
@@ -127,7 +127,7 @@ impl Compiler<'_> {
     }
 
     fn not_for_indices(&mut self, what: String, span: Span) -> IndexOp {
-        self.fail(ModelError::NotForIndices { what, index: None, span });
+        self.fail(ModelError::NotForIndices { what, index: None, inside: None, span });
         IndexOp::Broken
     }
 

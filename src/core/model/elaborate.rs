@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::brackets::units_in_brackets;
 use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
@@ -157,6 +158,11 @@ impl<'a> Elaborator<'a> {
         let energies = &mut self.energies;
         match kind {
             StatementKind::Model { name } => {
+                let first = self.file.statements.first().map_or(span, |own| own.span);
+                if first.start < span.start && self.model_name.is_none() {
+                    let name = name.text.to_string();
+                    self.errors.push(ModelError::MisplacedModel { name, first, span });
+                }
                 once(&mut self.model_name, name.text.to_string(), span, "model", &mut self.errors);
             }
             StatementKind::Param(bindings) => bindings.iter().for_each(|binding| self.parameter(binding)),
@@ -374,6 +380,7 @@ impl<'a> Elaborator<'a> {
             return Err(vec![exceeded.into()]);
         }
         if !self.errors.is_empty() {
+            units_in_brackets(self.file, &mut self.errors);
             return Err(tidy(self.errors));
         }
         self.world.coordinates.set_units(&dimensions);
@@ -435,24 +442,26 @@ fn once<T>(slot: &mut Option<(T, Span)>, value: T, span: Span, what: &'static st
 }
 
 /// In the order of the file, each once.
-fn tidy(mut errors: Vec<ModelError>) -> Vec<ModelError> {
+fn tidy(errors: Vec<ModelError>) -> Vec<ModelError> {
     let place = |error: &ModelError| {
         crate::diagnostic::Diagnostic::from(error).primary.map_or(Span::new(u32::MAX, u32::MAX), |label| label.span)
     };
-    errors.order_by_key(place);
-    let mut seen: Vec<ModelError> = Vec::new();
+    let mut errors: Vec<(Span, ModelError)> = errors.into_iter().map(|error| (place(&error), error)).collect();
+    errors.order_by_key(|(place, _)| *place);
+    let mut seen: Vec<(Span, ModelError)> = Vec::new();
     let mut without_value: HashSet<String> = HashSet::new();
     // What is said of the first coordinate that is missing is enough.
     let missing = |error: &ModelError| matches!(error, ModelError::UndeclaredName { coordinate: Some(_), .. });
-    if errors.iter().any(missing) {
-        errors.retain(|error| !matches!(error, ModelError::NoCoordinates { .. }));
+    if errors.iter().any(|(_, error)| missing(error)) {
+        errors.retain(|(_, error)| !matches!(error, ModelError::NoCoordinates { .. }));
     }
-    for error in errors {
+    for (place, error) in errors {
         // A parameter without a value lacks it wherever it is used.
         let is_new = !matches!(&error, ModelError::MissingValue { name, .. } if !without_value.insert(name.clone()));
-        if is_new && !seen.contains(&error) {
-            seen.push(error);
+        let mut beside = seen.iter().rev().take_while(|(other, _)| *other == place);
+        if is_new && !beside.any(|(_, other)| *other == error) {
+            seen.push((place, error));
         }
     }
-    seen
+    seen.into_iter().map(|(_, error)| error).collect()
 }

@@ -7,6 +7,7 @@ use crate::diagnostic::{Meant, at, nowhere};
 use crate::mistakes;
 use crate::span::Span;
 use crate::syntax::FUNCTIONS;
+use crate::syntax::units::in_si;
 
 mistakes! {
 /// A mistake in what a model file says.
@@ -39,6 +40,9 @@ Error ModelError {
             None if integral.is_some() => at(*span, "outside of the integral")
                 .and_at(*integral, "a variable of this integral alone")
                 .with_help(format!("write what depends on `{name}` into the integral itself, not into a `let`")),
+            None if unit_in_expression(name, nearest.as_ref()).is_some() => {
+                at(*span, "a unit has no place in an expression").or_help(unit_in_expression(name, nearest.as_ref()))
+            }
             None => at(*span, "unknown name")
                 .with_help(format!("declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"))
                 .or_meant(*span, nearest.as_ref()),
@@ -143,11 +147,19 @@ Error ModelError {
     "E0108" RecursiveLet(span) {
         /// The name or member.
         name: String,
-    } => at(*span, "uses itself here").with_help(if name.contains('[') {
-        "a member of a family may use members with a lower index only"
-    } else {
-        "a `let` may use names declared before it, but not itself"
-    }),
+        /// What is used here and uses it in turn.
+        through: Option<String>,
+    } => match through {
+        Some(through) if through == name => at(*span, "uses itself here")
+            .with_help("give its value by a number or by names declared before it"),
+        Some(through) => at(*span, format!("`{through}` uses `{name}` in turn"))
+            .with_help(format!("give one of the two without the other: neither `{name}` nor `{through}` can come first")),
+        None => at(*span, "uses itself here").with_help(if name.contains('[') {
+            "a member of a family may use members with a lower index only"
+        } else {
+            "a `let` may use names declared before it, but not itself"
+        }),
+    },
 
     /// A member outside the family.
     #[error("there is no member `{member}`")]
@@ -273,7 +285,11 @@ Error ModelError {
         path: String,
         /// Why, with a leading `: `; may be empty.
         reason: String,
-    } => at(*span, "named here").with_help("the path is taken relative to the model file"),
+    } => at(*span, "named here").or_help(match reason.as_str() {
+        reason if reason.contains("not UTF-8") => Some("save it as UTF-8 text".to_owned()),
+        reason if reason.contains("not a file") => Some("save what comes from it in a file".to_owned()),
+        _ => Some("the path is taken relative to the model file".to_owned()),
+    }),
 
     /// A table that is not a table.
     #[error("error in line {line} of the table `{path}`: {reason}")]
@@ -382,14 +398,23 @@ Error ModelError {
     } => at(*span, ""),
 
     /// A form that can't set indices, bounds or filters.
-    #[error("{what} is not allowed in an index, a range or a filter")]
+    #[error("{what} is not allowed in {}", match .inside {
+        Some(function) => format!("`{function}(…)`"),
+        None => "an index, a range or a filter".to_owned(),
+    })]
     "E0127" NotForIndices(span) {
         /// What.
         what: String,
         /// The index that is alone in two pairs of brackets.
         index: Option<String>,
+        /// The function of whole numbers in whose argument it is.
+        inside: Option<String>,
     } => match index {
         Some(index) => at(*span, "an index has one pair of brackets").written(*span, index),
+        None if inside.is_some() => at(*span, "").with_help(
+            "`mod` and `floor` are for indices: they take numbers, parameters, table fields and indices; \
+             a function of coordinates must have derivatives",
+        ),
         None => at(*span, "")
             .with_help("literals, parameters, table fields and outer indices are allowed, with mod and floor"),
     },
@@ -432,6 +457,31 @@ Error ModelError {
         let help = format!("the coordinates are {coordinates}");
         at(*span, "not a coordinate").or_meant(*span, nearest.as_ref()).or_help((nearest.is_none() && !coordinates.is_empty()).then_some(help))
     },
+
+    /// `param m [kg] = 1`, `coord x [m]`
+    #[error("a unit is written after a colon")]
+    "E0142" UnitInBrackets(span) {
+        /// The name with its unit.
+        fix: String,
+        /// Whether there is no other reading.
+        is_certain: bool,
+    } => {
+        let shown = at(*span, "in brackets it is an index").with_help(format!("write `{fix}`"));
+        let unit = fix.split_once(" : ").map_or("", |(_, unit)| unit);
+        let text = format!(" : {unit}");
+        if *is_certain { shown.replacing(*span, text) } else { shown.proposing(*span, text) }
+    },
+
+    /// `model` behind other statements.
+    #[error("`model` comes first")]
+    "E0143" MisplacedModel(span) {
+        /// The name of the model.
+        name: String,
+        /// The statement that comes first instead.
+        first: Span,
+    } => at(*span, "not the first statement")
+        .with_secondary(*first, "before this one it belongs")
+        .with_help(format!("move `model {name}` to the top of the file")),
 
     /// A mistake that only follows from another one. It is never returned.
     #[error("this follows from another error")]
@@ -502,6 +552,21 @@ fn index_words(available: usize) -> String {
         2 => "has two indices only".to_owned(),
         more => format!("has {more} indices only"),
     }
+}
+
+/// What to write for a unit in an expression that is nothing else: `30*pi/180` for `30*deg`.
+fn unit_in_expression(name: &str, nearest: Option<&Meant>) -> Option<String> {
+    const OFTEN: [&str; 10] = ["kg", "mm", "cm", "km", "rad", "deg", "rpm", "Hz", "kN", "eV"];
+    let is_other = nearest.is_some_and(|own| own.is_certain || own.text.contains('*'));
+    let factor = in_si(name).filter(|_| OFTEN.contains(&name) && !is_other)?;
+    Some(match factor.strip_prefix('*') {
+        Some(factor) => format!(
+            "expressions are in SI: write `{factor}` for `{name}`, or declare a quantity in this unit: `param a : {name} = …`"
+        ),
+        None => format!(
+            "expressions are in SI: leave `{name}` out, or declare a quantity in this unit: `param a : {name} = …`"
+        ),
+    })
 }
 
 /// What a function of other languages is called here.

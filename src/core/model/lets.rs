@@ -29,7 +29,7 @@ impl Elaborator<'_> {
         compiler.current_let = Some(number);
         if rank == 0 && mentions(compiler.file, root, |own| own == name.text.as_str()) {
             let span = compiler.file.expr(root).span;
-            compiler.errors.push(ModelError::RecursiveLet { name: name.text.to_string(), span });
+            compiler.errors.push(ModelError::RecursiveLet { name: name.text.to_string(), through: None, span });
         }
         // Without indices nothing can be said of what is written in them.
         let mut program = if compiler.errors.len() > before && (rank == 0 || members.is_none()) {

@@ -245,8 +245,31 @@ impl Compiler<'_> {
     pub(super) fn foreign_power(&self, at: ExprRef, scope: &Scope) -> Option<ModelError> {
         let expr = self.file.expr(at);
         let ExprKind::Power { base, exponent } = expr.kind else { return None };
-        let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
+        let (named, prime) = match self.file.expr(base).kind {
+            ExprKind::Prime(inner) => (inner, "'"),
+            _ => (base, ""),
+        };
+        let ExprKind::Name(name) = &self.file.expr(named).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none() && scope.integrated(name).is_none();
+        // `kx^2` for `k*x^2`
+        if let Some(product) = self.product(name).filter(|_| free && !self.later.contains_key(&**name)) {
+            let written = print_expr(self.file, exponent);
+            let power = match self.file.expr(exponent).kind {
+                ExprKind::Number(_) | ExprKind::Name(_) => written,
+                _ => format!("({written})"),
+            };
+            let text = format!("{}{prime}^{power}", product.trim_matches(['(', ')']));
+            let is_below = |own: &Member| own.inverted() && own.value() == at;
+            let below = self.file.expressions.iter().any(|own| match own.kind {
+                ExprKind::Product(factors) => factors.iter().any(is_below),
+                _ => false,
+            });
+            let text = if below { format!("({text})") } else { text };
+            return Some(ModelError::undeclared(name, Some(Meant::guess(text)), expr.span));
+        }
+        if !prime.is_empty() {
+            return None;
+        }
         (matches!(&**name, "e" | "E" | "exp") && free && !self.later.contains_key(&**name)).then(|| {
             let meant = Meant::certain(format!("exp({})", print_expr(self.file, exponent)));
             ModelError::undeclared(name, Some(meant), expr.span)

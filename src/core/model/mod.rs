@@ -6,6 +6,7 @@
 
 mod assume;
 mod beside;
+mod brackets;
 mod compile;
 mod compile_index;
 mod constant;

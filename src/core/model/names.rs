@@ -208,7 +208,7 @@ impl Family {
 
     /// That a member is made from itself.
     pub(super) fn recursive(&self, at: &Key, span: Span) -> ModelError {
-        ModelError::RecursiveLet { name: member_name(&self.name, self.grid.rank, at), span }
+        ModelError::RecursiveLet { name: member_name(&self.name, self.grid.rank, at), through: None, span }
     }
 
     /// Adds members, numbered from `base` on, or all by `base` where they are of one piece.

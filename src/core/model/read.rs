@@ -282,7 +282,9 @@ impl World {
         for at in self.lets[family].family.grid.keys() {
             self.let_member(family, at, span, None).map_err(|stop| match stop {
                 Stop::Error(error) => *error,
-                Stop::WriteOut => ModelError::RecursiveLet { name: self.lets[family].family.name.clone(), span },
+                Stop::WriteOut => {
+                    ModelError::RecursiveLet { name: self.lets[family].family.name.clone(), through: None, span }
+                }
             })?;
         }
         Ok(())
