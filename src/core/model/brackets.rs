@@ -6,8 +6,8 @@ use crate::span::Span;
 use crate::syntax::units::look_up;
 use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind, print_expr};
 
-/// `param m [kg] = 1` and `coord x [m]`: where something is wrong that may follow from it, the unit is reported instead of what is
-/// wrong in the brackets.
+/// `param m [kg] = 1` and `coord x [m]`: where something is wrong that may follow from it, the unit is reported instead of
+/// what is wrong in the brackets.
 pub(super) fn units_in_brackets(file: &File, errors: &mut Vec<ModelError>) {
     if errors.is_empty() {
         return;

@@ -136,6 +136,8 @@ impl<'a> Compiler<'a> {
         }
         let [user] = own.as_slice() else { return None };
         let definition = self.file.statements.iter().find(|own| holds(own, later))?;
+        // Members of two families may use each other.
+        definition.kind.indices().next().is_none().then_some(())?;
         let mut values = definition.kind.bindings().iter().filter_map(|own| own.value);
         let uses = values.any(|value| mentions(self.file, value, |own| own == user.text.as_str()));
         uses.then(|| ModelError::RecursiveLet { name: user.text.to_string(), through, span })

@@ -735,7 +735,11 @@ Error SyntaxError {
     },
 
     /// A name with a letter that looks like another one: the sign of the ohm for Omega.
-    #[error("`{character}` (U+{:04X}) is the same as `{meant}` (U+{:04X}) and is not used in names", u32::from(*.character), u32::from(*.meant))]
+    #[error(
+        "`{character}` (U+{:04X}) is the same as `{meant}` (U+{:04X}) and is not used in names",
+        u32::from(*.character),
+        u32::from(*.meant)
+    )]
     "E0070" UnusualLetter(span) {
         /// As it is written.
         character: char,

@@ -471,7 +471,7 @@ impl<'s> Context<'s> {
     }
 }
 
-/// `1,5`, `1,000`, `1.000,5`: numbers before and after a comma outside of brackets; what can be no number is none of these.
+/// `1,5`, `1,000`, `1.000,5`: numbers before and after a comma outside of brackets, where they can be one number.
 fn decimal_comma(source: &str, before: Token, after: Token) -> Option<SyntaxError> {
     if before.kind != TokenKind::Number || after.kind != TokenKind::Number {
         return None;

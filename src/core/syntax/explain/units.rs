@@ -188,7 +188,7 @@ impl<'s> Context<'s> {
         }
     }
 
-    /// What to write if a unit is meant, where a product is rather meant: `param l : m = 30`, or `30*pi/180` for `30 deg`.
+    /// What to write if a unit is meant, where a product is more likely: `param l : m = 30`, `30*pi/180` for `30 deg`.
     pub(super) fn with_unit(&self, found: Token) -> Option<String> {
         let Some(unit) = self.unit_behind_number(found) else { return self.in_si(found) };
         let is_short = |name: &&str| words::SHORT_UNITS.contains(name) || found.kind == TokenKind::Open;
@@ -228,7 +228,8 @@ impl<'s> Context<'s> {
         (!unit.is_empty()).then(|| unit.to_owned())
     }
 
-    /// Whether nothing but a unit can be meant: its names are those of usual units, and none is declared but for `m` in `m/s`.
+    /// Whether nothing but a unit can be meant: its names are those of usual units, and none is declared, or not all as in
+    /// `m/s`.
     fn is_decided(&self, unit: &Written<'_>) -> bool {
         let file_end = u32::try_from(self.source.len()).unwrap_or(u32::MAX);
         let mut behind = self.end.saturating_add(LOOKED_AHEAD).min(file_end);
@@ -251,7 +252,8 @@ impl<'s> Context<'s> {
         short(format!("{} {name} : {unit} = {value}", self.statement))
     }
 
-    /// The unit that begins at a token put behind the name, or left out where it is there: what is replaced, and by what.
+    /// The unit that begins at a token put behind the name, or left out where it is there already: what is replaced, and by
+    /// what.
     fn unit_moved(&self, first: Token, unit: &Written<'_>) -> Option<(Span, String)> {
         let value = verbatim(self.source, self.value_start?, self.before.end)?;
         verbatim(self.source, first.start, unit.end)?;
@@ -278,7 +280,7 @@ impl<'s> Context<'s> {
         let fix = match (word.get(..1)?, word.get(1..)?) {
             ("x" | "X", _) if found.glued && number == "0" => Some(whole(16)?),
             ("b" | "B", _) if found.glued && number == "0" => Some(whole(2)?),
-            ("x", "10" | "") => {
+            ("x", "10" | "") if !self.is_declared("x") => {
                 let (exponent, behind) = self.power_of_ten(found)?;
                 end = behind;
                 (!number.contains(['e', 'E'])).then_some(())?;
