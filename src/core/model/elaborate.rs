@@ -6,7 +6,7 @@ use super::brackets::units_in_brackets;
 use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
-use super::points::MOST_MEMBERS;
+use super::points::{Drawing, MOST_MEMBERS};
 use super::settings::{Purpose, Settings};
 use super::survey::{declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
@@ -364,15 +364,7 @@ impl<'a> Elaborator<'a> {
         forces.extend(self.energy(energies.dissipation, "dissipation"));
         let period = energies.period.and_then(|(root, span)| self.period(root, span));
         // Behind the energies, whose parts stand in the order in which they are met.
-        let mut drawing = None;
-        for statement in &self.file.statements {
-            if let StatementKind::Draw { drawn, indices, points } = &statement.kind {
-                self.begin(&statement.kind, statement.span);
-                let most = if purpose == Purpose::Picture { MOST_MEMBERS } else { 1 };
-                let drawing = drawing.get_or_insert_default();
-                self.draw((drawing, most), *drawn, (indices.as_deref(), points), statement.span);
-            }
-        }
+        let drawing = self.drawing(purpose);
         let dimensions = dimension::infer(self.file);
         self.errors.extend(dimensions.errors.iter().cloned().map(ModelError::from));
         // Whatever else there is to say may only follow from it.
@@ -420,6 +412,20 @@ impl<'a> Elaborator<'a> {
             has_units: self.has_units,
             pool: self.world.pool,
         })
+    }
+
+    /// What `draw` statements say, if there are any.
+    fn drawing(&mut self, purpose: Purpose) -> Option<Drawing> {
+        let mut drawing = None;
+        for statement in &self.file.statements {
+            if let StatementKind::Draw { drawn, indices, points } = &statement.kind {
+                self.begin(&statement.kind, statement.span);
+                let most = if purpose == Purpose::Picture { MOST_MEMBERS } else { 1 };
+                let drawing = drawing.get_or_insert_default();
+                self.draw((drawing, most), *drawn, (indices.as_deref(), points), statement.span);
+            }
+        }
+        drawing
     }
 
     fn period(&mut self, root: ExprRef, span: Span) -> Option<Given> {

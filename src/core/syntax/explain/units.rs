@@ -16,55 +16,17 @@ pub(super) struct Written<'s> {
     /// As the language has it, where it is complete: `kg*m^2`.
     text: Option<String>,
     pub(super) end: u32,
-    /// Whether it has one reading: what follows a bar without a sign may belong below it.
+    /// Whether it has one reading.
     is_certain: bool,
     /// Whether no word in it is none of a unit.
     is_known: bool,
-}
-
-/// Puts a unit together from its tokens.
-#[derive(Default)]
-struct Joined {
-    text: String,
-    /// Where the denominator begins, outside of brackets.
-    below: Option<usize>,
-    in_brackets: bool,
-    is_ambiguous: bool,
-}
-
-impl Joined {
-    /// A factor follows without a sign: below a bar it belongs to the denominator.
-    fn factor(&mut self, outside: bool) {
-        if let Some(at) = self.below.filter(|_| outside && !self.in_brackets) {
-            self.text.insert(at, '(');
-            (self.in_brackets, self.is_ambiguous) = (true, true);
-        }
-        self.text.push('*');
-    }
-
-    fn end_denominator(&mut self) {
-        if std::mem::take(&mut self.in_brackets) {
-            self.text.push(')');
-        }
-        self.below = None;
-    }
-
-    fn sign(&mut self, sign: &str, outside: bool) {
-        if outside && sign != "^" {
-            self.end_denominator();
-        }
-        self.text.push_str(sign);
-        if outside && sign == "/" {
-            self.below = Some(self.text.len());
-        }
-    }
 }
 
 impl<'s> Context<'s> {
     /// The unit that begins at a token.
     pub(super) fn unit_at(&self, first: Token) -> Written<'s> {
         let mut unit = Written { names: Vec::new(), text: None, end: first.end, is_certain: true, is_known: true };
-        let mut joined = Joined::default();
+        let mut joined = String::new();
         let (mut complete, mut caret, mut ends) = (false, false, true);
         // Each of an exponent or not.
         let mut brackets: Vec<bool> = Vec::new();
@@ -80,17 +42,17 @@ impl<'s> Context<'s> {
                     unit.is_certain = !units::is_like_unit(text) || self.begins_another(token);
                     break;
                 }
-                if is_word && text == "per" {
-                    joined.sign("/", outside);
-                    complete = false;
-                    continue;
-                }
                 if !is_word || in_power || !units::is_like_unit(text) {
-                    unit.is_known &= !is_word;
+                    unit.is_known &= !is_word || text == "per";
                     ends = false;
                     break;
                 }
-                joined.factor(outside);
+                if joined.contains('/') {
+                    // It may belong below the bar, or beside it.
+                    (ends, unit.is_certain) = (false, false);
+                    break;
+                }
+                joined.push('*');
             }
             match token.kind {
                 TokenKind::Comma if complete && outside => break,
@@ -98,23 +60,23 @@ impl<'s> Context<'s> {
                     unit.names.push(text);
                     unit.is_known &= units::is_like_unit(text) && words::reserved_meaning(text).is_none();
                     (complete, caret) = (true, false);
-                    joined.text.push_str(text);
+                    joined.push_str(text);
                 }
-                TokenKind::Number if in_power || text == "1" && joined.text.is_empty() => {
+                TokenKind::Number if in_power || text == "1" && joined.is_empty() => {
                     (complete, caret) = (true, false);
-                    joined.text.push_str(text);
+                    joined.push_str(text);
                 }
-                TokenKind::Minus if in_power && !complete => joined.text.push('-'),
+                TokenKind::Minus if in_power && !complete => joined.push('-'),
                 TokenKind::Star | TokenKind::Slash | TokenKind::Caret if complete => {
                     (complete, caret) = (false, token.kind == TokenKind::Caret);
-                    joined.sign(text, outside);
+                    joined.push_str(text);
                 }
                 TokenKind::Open => {
                     brackets.push(caret);
                     (complete, caret) = (false, false);
-                    joined.text.push_str(text);
+                    joined.push_str(text);
                 }
-                TokenKind::Close if complete && brackets.pop().is_some() => joined.text.push_str(text),
+                TokenKind::Close if complete && brackets.pop().is_some() => joined.push_str(text),
                 _ => {
                     ends = false;
                     break;
@@ -122,9 +84,7 @@ impl<'s> Context<'s> {
             }
             unit.end = token.end;
         }
-        unit.is_certain &= !joined.is_ambiguous;
-        joined.end_denominator();
-        unit.text = Some(without_brackets(joined.text)).filter(|text| complete && ends && text != "1");
+        unit.text = Some(without_brackets(joined)).filter(|text| complete && ends && text != "1");
         unit
     }
 
@@ -133,7 +93,7 @@ impl<'s> Context<'s> {
         let next = Lexer::new(self.source, Span::new(word.end, self.end)).code().next();
         let before_name = next.is_some_and(|next| next.kind == TokenKind::Word && !next.first_on_line);
         let text = self.text(word);
-        binds(self.source, word, self.end) || before_name && text != "per" && !units::is_like_unit(text)
+        binds(self.source, word, self.end) || before_name && !units::is_like_unit(text)
     }
 
     /// The unit behind a value of numbers alone that may begin at `found`.
@@ -200,7 +160,7 @@ impl<'s> Context<'s> {
     fn in_si(&self, found: Token) -> Option<String> {
         // `30 cm*x`
         let is_single = self.after.is_none_or(|after| {
-            let is_factor = |text: &str| units::is_like_unit(text) || matches!(text, "(" | "per");
+            let is_factor = |text: &str| units::is_like_unit(text) || text == "(";
             !matches!(after.kind, TokenKind::Slash | TokenKind::Caret) && !is_factor(self.text(after))
         });
         let mut unit = self.unit_at(found);
