@@ -93,7 +93,9 @@ def _request(message: str, help: str | None = None) -> Error:
 def _unread(path: object, error: OSError) -> FileError:
     kind = MissingFileError if isinstance(error, FileNotFoundError) else FileError
     message = f"can't read `{path}`: {error.strerror or error}"
-    return kind(f"error: {message}", [Diagnostic("error", None, message, None)])
+    found = kind(f"error: {message}", [Diagnostic("error", None, message, None)])
+    found.errno, found.strerror, found.filename = error.errno, error.strerror, error.filename
+    return found
 
 
 def _warn(shown: dict, level: int) -> list[Diagnostic]:

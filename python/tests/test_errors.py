@@ -1,5 +1,6 @@
 """Errors, warnings, tables, and what no text may do."""
 
+import errno
 import inspect
 import math
 import os
@@ -239,6 +240,7 @@ def test_tables_are_read_beside_the_model_and_nowhere_else(tmp_path):
     with pytest.raises(FileNotFoundError) as caught:
         librate.Model.open(folder / "none.lag")
     assert isinstance(caught.value, librate.Error)
+    assert caught.value.errno == errno.ENOENT
     assert caught.value.diagnostics[0].message.endswith("none.lag`: No such file or directory")
     with pytest.raises(librate.Error, match="Is a directory") as caught:
         librate.Model.open(folder)

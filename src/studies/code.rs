@@ -137,13 +137,13 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     let moving: Vec<Symbol> = [time].into_iter().chain(coordinates).chain(velocities).chain(parameters).collect();
     let value = |at: &usize| {
         let own = &model.parameters[*at];
-        let value = own.value.and_then(|value| linearize::constant(&model.pool, value)).map(|value| value.mid_f64());
-        if value.is_some_and(|value| !value.is_finite()) {
-            let (what, point) = ("a second derivative of the energies".to_owned(), "these parameters".to_owned());
-            let cause = Some(format!("the value of `{}` is no number, or beyond all range", own.name));
+        let value = own.value.and_then(|value| linearize::constant(&model.pool, value));
+        if value.is_some_and(|value| !value.mid_f64().is_normal() && !value.is_zero()) {
+            let (what, point) = ("the code in doubles".to_owned(), "these parameters".to_owned());
+            let cause = Some(format!("the value of `{}` is no number, or beyond the range of doubles", own.name));
             return Err(LinearizeError::NotFinite { what, point, cause, span: own.span });
         }
-        Ok((own.name.clone(), value))
+        Ok((own.name.clone(), value.map(|value| value.mid_f64())))
     };
     Ok(Code {
         model: model.name.clone(),

@@ -270,6 +270,9 @@ fn families_are_not_counted() {
         assert!(found.complete && found.equilibria.len() == 1 + others, "{well}: {found:?}");
         assert!(found.equilibria.iter().all(|own| own.isolated == Some(true)), "{well}");
     }
+    // A second one is behind a kink, nearer than pieces are small.
+    let kink = of("coord x T = 1/2*x'^2 V = x^4 - 2^-140*(x + abs(x - 2^-50))", "x=-1..1");
+    assert!(!kink.complete && kink.undecided.len() == 1);
     // Of several coordinates, and beside a kink, nothing tells that it is.
     for text in
         ["coord x, y T = 1/2*(x'^2 + y'^2) V = x^4 + y^2", "coord x, y T = 1/2*(x'^2 + y'^2) V = abs(x)*x^3 + y^2"]

@@ -2,7 +2,6 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::brackets::units_in_brackets;
 use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
@@ -372,7 +371,6 @@ impl<'a> Elaborator<'a> {
             return Err(vec![exceeded.into()]);
         }
         if !self.errors.is_empty() {
-            units_in_brackets(self.file, &mut self.errors);
             return Err(tidy(self.errors));
         }
         self.world.coordinates.set_units(&dimensions);

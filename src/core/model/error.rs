@@ -458,20 +458,6 @@ Error ModelError {
         at(*span, "not a coordinate").or_meant(*span, nearest.as_ref()).or_help((nearest.is_none() && !coordinates.is_empty()).then_some(help))
     },
 
-    /// `param m [kg] = 1`, `coord x [m]`
-    #[error("a unit is written after a colon")]
-    "E0142" UnitInBrackets(span) {
-        /// The name with its unit.
-        fix: String,
-        /// Whether there is no other reading.
-        is_certain: bool,
-    } => {
-        let shown = at(*span, "in brackets it is an index").with_help(format!("write `{fix}`"));
-        let unit = fix.split_once(" : ").map_or("", |(_, unit)| unit);
-        let text = format!(" : {unit}");
-        if *is_certain { shown.replacing(*span, text) } else { shown.proposing(*span, text) }
-    },
-
     /// `model` behind other statements.
     #[error("`model` comes first")]
     "E0143" MisplacedModel(span) {

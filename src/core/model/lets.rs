@@ -96,7 +96,8 @@ impl Elaborator<'_> {
     fn list_length(&self, name: &Name, members: &Members, root: ExprRef) -> Option<ModelError> {
         let block = members.block.as_ref().filter(|_| !members.named)?;
         let mut level = vec![([0; 3], root)];
-        for axis in 0..members.rank {
+        // A single member has no list of its own.
+        for axis in (0..members.rank).filter(|axis| block.extent(*axis) > 1) {
             let mut parts = Vec::new();
             for (at, list) in level {
                 let ExprKind::Vector(own) = self.file.expr(list).kind else { continue };

@@ -6,7 +6,6 @@
 
 mod assume;
 mod beside;
-mod brackets;
 mod compile;
 mod compile_index;
 mod constant;

@@ -168,7 +168,9 @@ impl<'s> Splitter<'s> {
     }
 
     fn foreign_line(&self, token: Token, rest: Lexer<'s>) -> Option<SyntaxError> {
-        let is_coordinate = token.first_on_line && self.coordinates.contains(token.text(self.source));
+        // Behind its indices a constraint goes on in this line.
+        let is_open = self.word == "constraint" && self.previous.is_some_and(|own| own.text(self.source) == "]");
+        let is_coordinate = token.first_on_line && !is_open && self.coordinates.contains(token.text(self.source));
         let in_brackets = !self.brackets.is_empty();
         explain::foreign_line(self.source, self.previous, token, rest, in_brackets, self.word, is_coordinate)
     }

@@ -26,7 +26,7 @@ pub use landscape::{Landscape, landscape};
 pub use region::Region;
 
 use forces::{Equations, Evaluator, Forces, Neutral, gradient, neutral_directions};
-use librate_core::expr::{ExprId, Substitution, Symbol, Tape};
+use librate_core::expr::{self, ExprId, Substitution, Symbol, Tape};
 use librate_core::linearize::{self, AtRest};
 use librate_core::model::Model;
 use librate_core::modes::Stability;
@@ -49,6 +49,8 @@ const MOST_NAMED: usize = 3;
 const SMALL: f64 = 1e-4;
 /// Derivatives of a force of one coordinate that may vanish at an equilibrium.
 const MOST_ORDER: usize = 8;
+/// Functions without kinks, cuts and poles.
+const SMOOTH: [&str; 7] = ["sin", "cos", "sinh", "cosh", "tanh", "exp", "atan"];
 /// A range of one value is searched with so much on each side, beside its value.
 const POINT: f64 = 1e-6;
 /// Undecided pieces are gathered one by one up to so many.
@@ -432,6 +434,18 @@ impl<'a> Task<'a> {
         };
         let (own, exact) = (*own, Number::from_f64_exact(x.mid_f64()).unwrap_or_default());
         let Some(mut slope) = gradient(&mut rest).first().copied() else { return false };
+        // Kinks and cuts are lost in derivatives.
+        let is_smooth = |e: ExprId| match rest.pool.node(e) {
+            expr::Node::Function(function, _) => SMOOTH.contains(&function.name()),
+            expr::Node::Product(powers) => {
+                powers.iter().all(|(base, exponent)| exponent.is_integer() || rest.pool.as_number(*base).is_some())
+            }
+            expr::Node::Power { .. } | expr::Node::Atan2 { .. } => false,
+            _ => true,
+        };
+        if !rest.pool.reachable(&[slope]).into_iter().all(is_smooth) {
+            return false;
+        }
         let there: Substitution = [(own, rest.pool.number(exact))].into_iter().collect();
         for _ in 0..MOST_ORDER {
             let value = rest.pool.substitute_one(slope, &there);

@@ -272,7 +272,13 @@ impl Start {
         let coordinate = places.get(largest).copied().unwrap_or_default();
         let (value, known) = (start.positions[coordinate], start.known[coordinate].clone());
         let displaced = Given { coordinate, moves: false, value, known, half_unit: None, computed: false };
-        start.onto_constraints(system, &[displaced], &held(model, Some(linearized)))?;
+        let held = held(model, Some(linearized));
+        start.onto_constraints(system, &[displaced], &held).map_err(|_| {
+            let name = model.coordinates.at(coordinate).name();
+            let reason =
+                format!("no point with `{name}` displaced by {} was found; try a smaller one", amplitude.text());
+            MotionError::OffConstraints { reason }
+        })?;
         Ok(start)
     }
 

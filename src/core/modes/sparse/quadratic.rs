@@ -292,6 +292,15 @@ impl Search<'_> {
         // Signs say nothing of what may be 0: without damping half of those stand for pairs ±s, with it a single one is real.
         let may_be_zero = |at: &usize| refined[*at].s.square_of_modulus().sqrt().lower() <= discs[*at].radius;
         let at_zero: Vec<usize> = (0..k).filter(|at| is_inside(at) && may_be_zero(at)).collect();
+        // What is left at the border might be one of those that are asked for, and what is next to the real axis a pair or not.
+        let is_open = |at: usize| {
+            let (im, radius) = (&refined[at].s.im, discs[at].radius);
+            let may_be_inside = (refined[at].s.to_c64() - self.sigma).norm() * (1.0 - 1e-14) - radius < reach;
+            may_be_inside && (!is_inside(&at) || !may_be_zero(&at) && !im.is_zero() && im.abs_lower() <= radius)
+        };
+        if (0..k).any(is_open) {
+            return Some(None);
+        }
         let of_zero = match at_zero.len() {
             1 => 1,
             even if even == 0 || self.problem.undamped && even.is_multiple_of(2) => even / 2,

@@ -197,7 +197,10 @@ impl<'s> Context<'s> {
             behind -= 1;
         }
         let behind = Span::new(self.end, behind);
-        let is_declared = |name: &&&str| self.is_declared(name) || declared_in(self.source, behind, name).is_some();
+        let indices = self.name_end.and_then(|end| verbatim(self.source, self.name_start, end)).unwrap_or_default();
+        let is_index = |name: &str| indices.contains(&format!("{name} in"));
+        let is_declared =
+            |name: &&&str| is_index(name) || self.is_declared(name) || declared_in(self.source, behind, name).is_some();
         let declared: Vec<&&str> = unit.names.iter().filter(is_declared).collect();
         let is_own = |name: &&str| !declared.contains(&name) && (name.len() > 1 || *name == "s");
         unit.names.iter().all(|name| words::UNITS_BEHIND_NUMBERS.contains(name))
@@ -223,7 +226,9 @@ impl<'s> Context<'s> {
             return is_same.then(|| (Span::new(self.before.end, unit.end), String::new()));
         }
         // What is given several times, or has brackets around its unit, is left to the author.
-        let plain = self.part == Part::Value && self.text(first).starts_with(char::is_alphabetic);
+        // So is what may be below a bar, or belong to one term.
+        let in_terms = value.contains(['/', '+']) || value.get(1..).is_some_and(|rest| rest.contains('-'));
+        let plain = self.part == Part::Value && self.text(first).starts_with(char::is_alphabetic) && !in_terms;
         let name = self.source.get(self.name_start as usize..self.name_end.filter(|_| plain)? as usize)?.trim_end();
         let place = Span::new(self.name_start + name.len() as u32, unit.end);
         Some((place, format!(" : {text} = {value}")))
