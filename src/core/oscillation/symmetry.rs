@@ -69,8 +69,7 @@ pub(super) fn classify(linearized: &Linearized, modes: &mut [NormalMode]) {
     if !(2..=MOST_COORDINATES).contains(&n) || linearized.dimension() != n || !modes.iter().any(is_whole) {
         return;
     }
-    let [mass, stiffness] =
-        [linearized.mass(), linearized.stiffness()].map(|matrix| SparseMatrix::from_dense(n, &matrix));
+    let Some((mass, stiffness)) = linearized.whole() else { return };
     let Some(mut labels) = by_entries(linearized, &mass, &stiffness) else { return };
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let parts = modes.iter().map(|own| {
@@ -87,10 +86,9 @@ pub(super) fn classify(linearized: &Linearized, modes: &mut [NormalMode]) {
     }
     let mut classes = found.into_iter();
     for (mode, parts) in modes.iter_mut().zip(&parts) {
-        let mut own = classes.by_ref().take(parts.len());
-        let first = own.next().flatten();
-        mode.symmetry = first.filter(|first| own.by_ref().all(|other| other.as_ref() == Some(first)));
-        own.for_each(drop);
+        let own: Vec<Option<String>> = classes.by_ref().take(parts.len()).collect();
+        let is_one = own.windows(2).all(|pair| pair[0] == pair[1]);
+        mode.symmetry = own.into_iter().next().flatten().filter(|_| is_one);
     }
 }
 
