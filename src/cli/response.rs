@@ -20,7 +20,7 @@ pub(crate) struct ResponseArgs {
     /// The coordinate on which a force of unit amplitude acts: `x[1]`; without it the model's own drive
     #[arg(long, value_name = "COORDINATE")]
     pub(crate) input: Option<String>,
-    /// A coordinate whose response is wanted; may be repeated, all without it
+    /// A coordinate whose response is wanted, or several with commas; may be repeated, all without it
     #[arg(long = "output", value_name = "COORDINATE")]
     pub(crate) outputs: Vec<String>,
     /// The angular frequencies in rad/s, or the values of the parameter in the drive's: first, last and how many

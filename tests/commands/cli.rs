@@ -203,6 +203,15 @@ fn exit_statuses() {
 }
 
 #[test]
+fn members_are_set_as_expressions_name_them() {
+    let text = "param a[1..2, 1..2] = [[1, 2], [3, 4]]  coord x  T = 1/2*x'^2  V = 1/2*a[2,1]*x^2";
+    for setting in ["a[2,1]=9", "a[2][1]=9", "a [2][1] = 9"] {
+        let run = with_input(&["modes", "-", "--json", "--set", setting], text);
+        assert!(run.out.contains("\"omega\": 3.0"), "{setting}: {}{}", run.out, run.err);
+    }
+}
+
+#[test]
 fn settings_have_no_unit_and_may_have_an_uncertainty() {
     for bad in ["L:cm=30", "L=30 cm"] {
         let run = run(&["modes", PENDULUMS, "--set", bad]);

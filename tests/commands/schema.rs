@@ -223,6 +223,8 @@ fn responses_as_csv() {
 ";
     assert_eq!((found.status, found.out.as_str()), (0, expected));
     assert!(found.err.contains("at omega = 2 the response is infinite"), "{}", found.err);
+    assert_eq!(run_with(&["--input", "x[1]", "--output", "x[2], x[1]", "--over", "omega=1..3:3"]).out, expected);
+    assert_eq!(run_with(&["--input", "x[1]", "--output", "", "--over", "omega=1..3:3"]).status, 1);
     let (no_name, no_range) = (["--input", "x[3]", "--over", "omega=1..3:3"], ["--input", "x[1]", "--over", "omega=1"]);
     assert_eq!((run_with(&no_name).status, run_with(&no_range).status), (1, 2));
     assert!(run_with(&no_name).err.contains("did you mean"));

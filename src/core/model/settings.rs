@@ -78,10 +78,10 @@ impl Settings {
     /// [`ModelError::BadSetting`] where the text can't be read.
     pub fn add(&mut self, text: &str) -> Result<(), ModelError> {
         let bad = |reason: &str| ModelError::BadSetting { text: text.to_owned(), reason: reason.to_owned() };
-        if !text.contains('=') {
-            return Err(bad("there is no `=`"));
-        }
-        let mut file = syntax::parse(&format!("param {text}")).map_err(|errors| bad(&reason(&errors, WITHOUT_UNIT)))?;
+        let (name, value) = text.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
+        // `a[1][2]` is `a[1,2]`, as in expressions.
+        let statement = format!("param {}={value}", name.replace("][", ", "));
+        let mut file = syntax::parse(&statement).map_err(|errors| bad(&reason(&errors, WITHOUT_UNIT)))?;
         let mut statements = std::mem::take(&mut file.statements).into_iter();
         let bindings = match (statements.next().map(|first| first.kind), statements.next()) {
             (Some(StatementKind::Param(bindings)), None) => bindings,

@@ -25,7 +25,7 @@ use drive::{Drive, Driven, averaged};
 use exact::{Exact, Frequency};
 use librate_core::derive;
 use librate_core::linearize::{self, Linearized, Structure};
-use librate_core::model::{Constant, Model, Range};
+use librate_core::model::{Constant, Model, Range, entries};
 use librate_core::modes::SparseResponse;
 use librate_core::number::Number;
 use librate_core::oscillation;
@@ -50,7 +50,7 @@ const EXACT_AFTER: usize = 1;
 pub struct Request {
     /// The coordinate on which a force of unit amplitude acts; without it the model's own drive.
     pub input: Option<String>,
-    /// The coordinates that are wanted; all where there are none.
+    /// The coordinates that are wanted, one or several with commas in each text; all where there are none.
     pub outputs: Vec<String>,
     /// The frequencies, or the values of the parameter in the frequency of the drive.
     pub range: Range,
@@ -276,7 +276,11 @@ impl Study {
         if !(model.constraints.is_empty() && model.rolling.is_empty()) {
             linearize::check_size(model.coordinates.len())?;
         }
-        let outputs = request.outputs.iter().map(|name| coordinate(&model, name, "output"));
+        let names = request.outputs.iter().flat_map(|names| match entries(names) {
+            names if names.is_empty() => vec![""],
+            names => names,
+        });
+        let outputs = names.map(|name| coordinate(&model, name, "output"));
         let outputs: Vec<usize> = outputs.collect::<Result<_, _>>()?;
         let outputs = if outputs.is_empty() { (0..model.coordinates.len()).collect() } else { outputs };
         let input = request.input.as_deref().map(|name| coordinate(&model, name, "input")).transpose()?;
