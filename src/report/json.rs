@@ -276,7 +276,7 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Field
     }
 }
 
-/// `characteristic`, `exponents`, `stability`, and `frequencies` where velocities matter but nothing is damped.
+/// `characteristic`, `exponents`, `stability`, and `frequencies` where velocities or forces matter but nothing is damped.
 fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, fields: &mut Fields<'_>) {
     let Some(found) = &linear.exponents else { return };
     let characteristic = found.characteristic.as_ref();
@@ -296,7 +296,9 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     if found.stability.iter().flatten().any(|own| own.role == Role::Sufficient) {
         fields.push(("stability_sufficient", true.to_string()));
     }
-    if linear.frequencies.is_none() && linear.damping.is_none() && linear.circulatory.is_none() {
+    // With rotation and forces together exponents are no pairs ±s.
+    let paired = linear.gyroscopic.is_none() || linear.circulatory.is_none();
+    if linear.frequencies.is_none() && linear.damping.is_none() && paired {
         let squares = found.squares_of_frequencies(&mut page.pool.clone());
         let count: usize = squares.iter().map(|(_, multiplicity)| multiplicity).sum();
         fields.push(("frequencies_complete", (found.complete && count == linear.mass.len()).to_string()));

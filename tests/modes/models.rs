@@ -130,6 +130,11 @@ fn damped_modes_have_their_damping_ratio() {
     assert_eq!(classes("0.1*x[2]'^2", ""), ["even", "odd", "even"]);
     assert_eq!(classes("0.1*x[2]'^2", " + 3/10*x[2]'*(x[1] + x[3])"), ["even", "odd", "even"]);
     assert_eq!(classes("0.1*x[1]'^2", ""), ["", "", ""]);
+    // So have generalised forces, by what they do at all places.
+    assert_eq!(classes("0  force x[i in 1..3] = -x[i]'*x[2]^2 - x[i]^3/2 - x[i]/3", ""), ["even", "odd", "even"]);
+    assert_eq!(classes("0  force x[1] = -x[3]'  force x[3] = -x[1]'", ""), ["odd", "even", "even"]);
+    assert_eq!(classes("0  force x[i in 1..3] = -i*x[i]^3", ""), ["", "", ""]);
+    assert_eq!(classes("0  force x[1] = -x[1]^2", ""), ["", "", ""]);
     let text = "coord x T = 1/2*x'^2 V = 1/2*x^2";
     let linearized = linearize(model(text)).unwrap();
     let modes = normal_modes(&linearized, &Options::default()).unwrap();

@@ -1,6 +1,6 @@
 //! Whether a linear map of the displacements and velocities leaves the energies unchanged, identically.
 //!
-//! T - V and the dissipation function are written out about the equilibrium q0, with the values of the parameters
+//! T - V, the dissipation function and the power of generalised forces in virtual velocities are written out about the equilibrium q0, with the values of the parameters
 //! or without, and the map is put in: most terms become each other at once, and the difference of the others is tested
 //! at random points modulo a prime. What that does not decide counts as no symmetry.
 //!
@@ -15,7 +15,7 @@ use super::assemble::signed_terms;
 use super::equilibrium::Origin;
 use super::parameters::known_values;
 use super::steady::put_rates_in;
-use super::symbolic::written_out;
+use super::symbolic::{forces_of, written_out};
 use super::symmetry::spaces;
 use super::{Linearized, Structure, precise};
 use std::collections::HashMap;
@@ -59,8 +59,11 @@ pub(crate) struct Invariance {
     /// What is put in for parameters.
     known: Substitution,
     equilibrium: Vec<ExprId>,
-    /// T - V and the dissipation function, the symbols of coordinates standing for displacements: made when asked for.
-    energies: Option<[ExprId; 2]>,
+    /// T - V, the dissipation function and the power of generalised forces, the symbols of coordinates standing for
+    /// displacements: made when asked for.
+    energies: Option<[ExprId; 3]>,
+    /// Of each coordinate in that power.
+    virtual_velocities: Vec<Symbol>,
     /// A point at which all has a value, and about which more is tried in numbers of many bits; may be empty.
     near: Vec<Big>,
 }
@@ -130,11 +133,15 @@ impl Invariance {
         Self::at(model, known, equilibrium)
     }
 
-    fn at(model: Model, known: Substitution, equilibrium: Vec<ExprId>) -> Option<Self> {
+    fn at(mut model: Model, known: Substitution, equilibrium: Vec<ExprId>) -> Option<Self> {
         let terms = |families: &[TermFamily]| families.iter().map(|own| own.count).sum::<usize>();
         let count = terms(&model.kinetic) + terms(&model.potential) + terms(&model.forces);
-        let whole = model.constraints.is_empty() && model.time_dependent.is_none() && model.force.is_none();
-        (whole && count <= MOST_TERMS).then_some(Self { model, known, equilibrium, energies: None, near: Vec::new() })
+        if !model.constraints.is_empty() || model.time_dependent.is_some() || count > MOST_TERMS {
+            return None;
+        }
+        let forced = if model.force.is_some() { model.coordinates.len() } else { 0 };
+        let virtual_velocities = (0..forced).map(|_| model.pool.fresh_symbol("virtual")).collect();
+        Some(Self { model, known, equilibrium, energies: None, virtual_velocities, near: Vec::new() })
     }
 
     /// Expressions for an equilibrium in numbers.
@@ -199,7 +206,7 @@ impl Invariance {
         if value.is_negative() { pool.neg(own) } else { own }
     }
 
-    fn energies(&mut self) -> [ExprId; 2] {
+    fn energies(&mut self) -> [ExprId; 3] {
         if let Some(energies) = self.energies {
             return energies;
         }
@@ -210,12 +217,22 @@ impl Invariance {
             let displacement = pool.symbol_expr(own.symbol);
             displaced.push(pool.add(*at, displacement));
         }
-        let friction = model.forces.iter().map(|family| (false, family));
+        let friction = model.forces.iter().filter(|family| family.acts_on.is_none()).map(|family| (false, family));
         let lists: [Vec<(bool, &TermFamily)>; 2] = [signed_terms(model).collect(), friction.collect()];
-        let energies =
+        let [energy, friction] =
             lists.map(|families| written_out(model, &mut pool, families.into_iter(), Some(&displaced), &self.known));
+        let mut power = Vec::new();
+        for family in &model.forces {
+            for (i, force) in forces_of(model, &mut pool, family) {
+                power.push(pool.times(force, self.virtual_velocities[i]));
+            }
+        }
+        let power = pool.sum(&power);
+        let about = model.coordinates.iter().map(|own| own.symbol).zip(displaced);
+        let power = pool.substitute_one(power, &about.gather());
+        let power = pool.substitute_one(power, &self.known);
         self.model.pool = pool;
-        *self.energies.insert(energies)
+        *self.energies.insert([energy, friction, power])
     }
 
     /// Whether a linear map of the displacements and velocities, which may shift some displacements besides, leaves the
@@ -234,6 +251,11 @@ impl Invariance {
             }
             map.insert(own.symbol, pool.sum(&displacement));
             map.insert(own.velocity, pool.sum(&velocity));
+            if let Some(own) = self.virtual_velocities.get(i) {
+                let velocity = image.iter().map(|(j, factor)| pool.times(*factor, self.virtual_velocities[*j]));
+                let velocity: Vec<ExprId> = velocity.collect();
+                map.insert(*own, pool.sum(&velocity));
+            }
         }
         let after = pool.substitute(&before, &map);
         for (before, after) in before.into_iter().zip(after) {
