@@ -60,6 +60,7 @@ fn what_is_wrong_with_a_matrix_is_named_with_its_line() {
         (format!("{header}3 3 -1\n"), 2, "rows, columns and entries"),
         (format!("{header}0 99999999999999999 0\n"), 2, "no entries"),
         (format!("{}3 4 0\n", header.replace("general", "symmetric")), 2, "has not 4 columns"),
+        (format!("{}2 2 3\n1 1 2\n2 1 -1\n1 2 -1\n", header.replace("general", "symmetric")), 5, "in the other"),
         (format!("{header}3 3 1\n1 4 2\n"), 3, "`4` is not in 1..3"),
         (format!("{header}3 3 1\n1 1.5 2\n"), 3, "`1.5` is not in 1..3"),
         (format!("{header}3 3 1\n1 1 two\n"), 3, "`two` is no number"),

@@ -95,6 +95,8 @@ pub(super) fn entries(text: &str) -> Result<Entries, Mistake> {
     let number =
         |field: &str, line: u64| parse_field(field).ok_or_else(|| (line, format!("`{}` is no number", excerpt(field))));
     let (mut read, mut last) = (0_u64, at);
+    // Of one triangle the other one follows: entries of both would count twice.
+    let mut is_lower = None;
     let mut places = places(rows, columns, header.symmetry);
     for (line, text) in lines {
         last = line;
@@ -120,7 +122,13 @@ pub(super) fn entries(text: &str) -> Result<Entries, Mistake> {
             let own = index.parse().ok().filter(|own| (1..=most).contains(own));
             own.ok_or_else(|| (line, format!("the index `{}` is not in 1..{most}", excerpt(index))))
         };
-        add(inside(i, rows)?, inside(j, columns)?, value, line);
+        let (i, j) = (inside(i, rows)?, inside(j, columns)?);
+        if header.symmetry != Symmetry::General && i != j && *is_lower.get_or_insert(i > j) != (i > j) {
+            let reason =
+                "a symmetric file has the entries of one triangle, the others follow: this one is in the other";
+            return Err((line, reason.to_owned()));
+        }
+        add(i, j, value, line);
         read += 1;
     }
     match count {
