@@ -141,6 +141,31 @@ fn damped_modes_have_their_damping_ratio() {
     assert!(modes.modes[0].damping_ratio().is_none());
 }
 
+/// Pendulums in x and y: constraints are exchanged with the bodies that they hold.
+#[test]
+fn classes_under_constraints() {
+    let classes = |energy: &str, hung: &str, rest: &str| {
+        let text = format!(
+            "param a[1..3] = [-1, 0, 1]  coord x[1..3], y[1..3]  T = 1/2*(dot(x', x') + dot(y', y'))
+             V = y[1] + y[2] + y[3] + {energy}  constraint [i in 1..3] {hung}  {rest}
+             guess x[i in 1..3] = a[i]  guess y[i in 1..3] = -1"
+        );
+        let modes = normal_modes(&linearize(model(&text)).unwrap(), &Options::default()).unwrap();
+        modes.modes.iter().map(|mode| mode.symmetry.clone().unwrap_or_default()).collect::<Vec<_>>()
+    };
+    let springs = "1/2*((x[2] - x[1] - 1)^2 + (x[3] - x[2] - 1)^2)";
+    let circles = "(x[i] - a[i])^2 + y[i]^2 = 1";
+    assert_eq!(classes(springs, circles, ""), ["even", "odd", "even"]);
+    assert_eq!(classes(springs, circles, "dissipation = 1/10*x[2]'^2"), ["even", "odd", "even"]);
+    // Along the true distance only the mirror x -> -x is a symmetry, under which equal motions are odd.
+    let lengths = "1/2*sum(i in 1..2, (sqrt((x[i+1] - x[i])^2 + (y[i+1] - y[i])^2) - 1)^2)";
+    assert_eq!(classes(lengths, circles, ""), ["odd", "even", "odd"]);
+    // Beyond the second order, and in the constraints alone, nothing is exchanged.
+    assert_eq!(classes(&format!("{springs} + (x[1] + 1)^3"), circles, ""), ["", "", ""]);
+    let bent = "(x[i] - a[i])^2 + y[i]^2 + i*(y[i] + 1)^3 = 1";
+    assert_eq!(classes(springs, bent, ""), ["", "", ""]);
+}
+
 /// Forces that no energy gives have as many digits as others, also where there are no velocities.
 #[test]
 fn circulatory_forces_have_all_digits() {

@@ -1,6 +1,6 @@
 //! Whether a linear map of the displacements and velocities leaves the energies unchanged, identically.
 //!
-//! T - V, the dissipation function and the power of generalised forces in virtual velocities are written out about the equilibrium q0, with the values of the parameters
+//! T - V, the dissipation function, the power of generalised forces in virtual velocities and constraints are written out about the equilibrium q0, with the values of the parameters
 //! or without, and the map is put in: most terms become each other at once, and the difference of the others is tested
 //! at random points modulo a prime. What that does not decide counts as no symmetry.
 //!
@@ -64,6 +64,8 @@ pub(crate) struct Invariance {
     energies: Option<[ExprId; 3]>,
     /// Of each coordinate in that power.
     virtual_velocities: Vec<Symbol>,
+    /// What constraints set to zero, in the same way.
+    constraints: Vec<ExprId>,
     /// A point at which all has a value, and about which more is tried in numbers of many bits; may be empty.
     near: Vec<Big>,
 }
@@ -72,12 +74,17 @@ impl Linearized {
     /// The energies at the values of the parameters; `None` where they are not all there is.
     pub(crate) fn invariance(&self) -> Option<Invariance> {
         let steady = self.structure() != Structure::Conservative && self.rates().iter().any(|rate| !rate.is_zero());
-        if self.is_constrained() || steady {
+        if steady {
             return None;
         }
         let known = known_values(&self.model);
         let mut own = Invariance::at(self.model.clone(), known, Vec::new())?;
         own.equilibrium = own.places(&self.equilibrium.values, &self.equilibrium.origins)?;
+        // Constraints are looked at themselves, not their multipliers.
+        for i in self.coordinates()..own.equilibrium.len() {
+            own.equilibrium[i] = own.model.pool.zero();
+            own.known.insert(own.model.coordinates.at(i).symbol, own.equilibrium[i]);
+        }
         Some(own)
     }
 
@@ -136,12 +143,13 @@ impl Invariance {
     fn at(mut model: Model, known: Substitution, equilibrium: Vec<ExprId>) -> Option<Self> {
         let terms = |families: &[TermFamily]| families.iter().map(|own| own.count).sum::<usize>();
         let count = terms(&model.kinetic) + terms(&model.potential) + terms(&model.forces);
-        if !model.constraints.is_empty() || model.time_dependent.is_some() || count > MOST_TERMS {
+        if !model.rolling.is_empty() || model.time_dependent.is_some() || count > MOST_TERMS {
             return None;
         }
         let forced = if model.force.is_some() { model.coordinates.len() } else { 0 };
         let virtual_velocities = (0..forced).map(|_| model.pool.fresh_symbol("virtual")).collect();
-        Some(Self { model, known, equilibrium, energies: None, virtual_velocities, near: Vec::new() })
+        let (energies, constraints, near) = (None, Vec::new(), Vec::new());
+        Some(Self { model, known, equilibrium, energies, virtual_velocities, constraints, near })
     }
 
     /// Expressions for an equilibrium in numbers.
@@ -227,10 +235,13 @@ impl Invariance {
                 power.push(pool.times(force, self.virtual_velocities[i]));
             }
         }
-        let power = pool.sum(&power);
+        let mut rest = vec![pool.sum(&power)];
+        rest.extend(model.constraints.iter().map(|own| own.expression));
         let about = model.coordinates.iter().map(|own| own.symbol).zip(displaced);
-        let power = pool.substitute_one(power, &about.gather());
-        let power = pool.substitute_one(power, &self.known);
+        let rest = pool.substitute(&rest, &about.gather());
+        let mut rest = pool.substitute(&rest, &self.known);
+        self.constraints = rest.split_off(1);
+        let power = rest[0];
         self.model.pool = pool;
         *self.energies.insert([energy, friction, power])
     }
@@ -258,8 +269,22 @@ impl Invariance {
             }
         }
         let after = pool.substitute(&before, &map);
+        let mut differences: Vec<(ExprId, ExprId)> = Vec::new();
         for (before, after) in before.into_iter().zip(after) {
-            let difference = pool.sub(after, before);
+            differences.push((before, pool.sub(after, before)));
+        }
+        // Each constraint becomes one of them, or its opposite.
+        let after = pool.substitute(&self.constraints, &map);
+        let residues = |all: &[ExprId]| pool.evaluate_mod(all, |symbol| ModularPoint::random_value(7, symbol), 7);
+        let (old, new) = (residues(&self.constraints)?, residues(&after)?);
+        for (after, residue) in after.into_iter().zip(new) {
+            let is_met = |own: &u64| *own == residue || *own == (PRIME - residue) % PRIME;
+            let met = old.iter().position(is_met)?;
+            let before = self.constraints[met];
+            let difference = if old[met] == residue { pool.sub(after, before) } else { pool.add(after, before) };
+            differences.push((before, difference));
+        }
+        for (before, difference) in differences {
             // A first point tells most of what is no symmetry.
             let value = |symbol| ModularPoint::random_value(7, symbol);
             let point = pool.evaluate_mod(&[difference], value, 7);

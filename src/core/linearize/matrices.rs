@@ -62,16 +62,20 @@ impl Linearized {
         if self.is_reduced() { None } else { self.whole() }
     }
 
-    /// The same of all coordinates, massless ones among them. `None` under constraints.
+    /// The same of all coordinates as if nothing tied them. `None` under conditions on velocities.
     pub(crate) fn whole(&self) -> Option<(SparseMatrix, SparseMatrix)> {
-        if self.is_constrained() {
+        if !self.model.rolling.is_empty() {
             return None;
         }
-        let at = &self.equilibrium.values;
+        let (at, n) = (&self.equilibrium.values, self.coordinates());
         let added = |part| {
             let mut shares = Vec::with_capacity(self.assembly.shares_of(part) as usize);
-            self.assembly.entries(part, at, &self.values, |i, j, share| shares.push((i, j, *share)));
-            SparseMatrix::from_shares(self.coordinates(), &shares)
+            // Multipliers stand behind.
+            let is_own = |i: u32, j: u32| (i.max(j) as usize) < n;
+            self.assembly.entries(part, at, &self.values, |i, j, share| {
+                shares.extend(is_own(i, j).then_some((i, j, *share)));
+            });
+            SparseMatrix::from_shares(n, &shares)
         };
         Some((added(Part::Inertia), added(Part::Stiffness)))
     }

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::NormalMode;
+use crate::expr::Symbol;
 use crate::linearize::{Entries, Invariance, Linearized};
 use crate::order::Order;
 use crate::precision::{Ball, Big, Enclosure, Function, SparseMatrix};
@@ -66,7 +67,7 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
 pub(super) fn classify(linearized: &Linearized, modes: &mut [NormalMode]) {
     let n = linearized.model().coordinates.len();
     let is_whole = |own: &NormalMode| own.vector.len() == n;
-    if !(2..=MOST_COORDINATES).contains(&n) || linearized.dimension() != n || !modes.iter().any(is_whole) {
+    if !(2..=MOST_COORDINATES).contains(&n) || linearized.massless_directions() > 0 || !modes.iter().any(is_whole) {
         return;
     }
     let Some((mass, stiffness)) = linearized.whole() else { return };
@@ -95,12 +96,22 @@ pub(super) fn classify(linearized: &Linearized, modes: &mut [NormalMode]) {
 /// From permutations of coordinates, with signs.
 fn by_entries(linearized: &Linearized, mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Labels> {
     let n = mass.dimension();
-    let mut pattern = of_enclosures(mass, stiffness)?;
+    let model = linearized.model();
+    let number: HashMap<Symbol, usize> = model.coordinates.iter().map(|own| own.symbol).zip(0..).collect();
+    let tied = |mut pattern: Pattern| {
+        for constraint in &model.constraints {
+            let symbols = model.pool.symbols_of(&[constraint.expression]);
+            let tied: Vec<usize> = symbols.iter().filter_map(|symbol| number.get(symbol).copied()).collect();
+            tied.iter().for_each(|i| tied.iter().for_each(|j| pattern.tie(*i, *j)));
+        }
+        pattern
+    };
+    let mut pattern = tied(of_enclosures(mass, stiffness)?);
     if !Symmetry::may_have_classes(&pattern) {
         return None;
     }
     if let Some(exact) = linearized.entries(BITS).and_then(|entries| of_entries(n, &entries)) {
-        pattern = exact;
+        pattern = tied(exact);
     }
     let mut invariance = linearized.invariance()?;
     let symmetry = Symmetry::of_energies(&pattern, &mut invariance)?;

@@ -53,12 +53,23 @@ impl Pattern {
         }
     }
 
-    /// The coordinates of each part that hangs together.
+    /// Says that a constraint holds two coordinates together, whatever their signs.
+    pub(crate) fn tie(&mut self, i: usize, j: usize) {
+        let Some(row) = self.rows.get_mut(i) else { return };
+        if let Err(at) = row.binary_search_by_key(&j, |(j, _)| *j)
+            && i != j
+        {
+            row.insert(at, (j, 0));
+        }
+        self.held[i] = true;
+    }
+
+    /// The coordinates of each part that hangs together by entries of M and K.
     #[must_use]
     pub(crate) fn parts(&self) -> Vec<Vec<usize>> {
         let mut together = Groups::new(self.len());
         for (i, row) in self.rows.iter().enumerate() {
-            row.iter().for_each(|(j, _)| together.join(i, *j));
+            row.iter().filter(|(_, label)| *label != 0).for_each(|(j, _)| together.join(i, *j));
         }
         together.all()
     }
