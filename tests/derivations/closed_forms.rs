@@ -177,6 +177,18 @@ fn equalities_that_would_make_a_symmetry_are_told() {
     assert_eq!(would_be.ties, [vec!["m[1]", "m[3]"], vec!["l[1]", "l[3]"], vec!["k12", "k23"]]);
 }
 
+/// Masses and springs that happen to be equal make a mirror for these values alone.
+#[test]
+fn general_forms_have_no_class_of_equal_values() {
+    let text = "param m1 = 1, m2 = 1, k1 = 2, k2 = 2, k = 3  coord x, y
+        T = 1/2*m1*x'^2 + 1/2*m2*y'^2  V = 1/2*k1*x^2 + 1/2*k2*y^2 + 1/2*k*(x - y)^2";
+    let derivation = derive(&model_in(text, Path::new("."), &[]), &Parts::default().frequencies(true)).unwrap();
+    let found = derivation.linear.as_ref().unwrap().frequencies.as_ref().unwrap();
+    let classes = |case: &Case| case.frequencies.iter().map(|own| own.symmetry.clone()).collect::<Vec<_>>();
+    assert_eq!(classes(&found.general), [None, None]);
+    assert_eq!(classes(found.tied.as_ref().unwrap()), [Some("even".to_owned()), Some("odd".to_owned())]);
+}
+
 #[test]
 fn limits_and_series_of_closed_forms() {
     let text = std::fs::read_to_string("models/two_masses_walls.lag").unwrap();

@@ -172,14 +172,15 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let none = Ties::default();
     let plain = Symmetries::find(checker, pool, linear, &pair, &none);
     let (mut general, found) = case(checker, request, pool, &pair, &plain, &none);
-    checker.check(pool, &pair, &mut general);
+    let ties = Ties::of_a_kind(model, pool, &used, true);
+    let is_named = general.symmetry.is_some() || ties.is_empty();
+    checker.check(pool, &pair, &mut general, is_named);
     general.add_normal(pool, checker, &pair, found);
     let point_group = checker.point_group().map(str::to_owned);
     let signs = linear.signs.clone();
     let mut result =
         Frequencies { general, tied: None, would_be: None, signs, point_group, approximations: Vec::new() };
 
-    let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied_order = plain.order();
     if !ties.is_empty() {
         let equal = ties.applied(model, pool, &pair);
@@ -198,7 +199,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
             let holds = symmetry.generators.iter().all(|g| pattern.is_kept_by(g));
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
-        checker.check(pool, &equal, &mut found);
+        checker.check(pool, &equal, &mut found, true);
         found.add_normal(pool, checker, &equal, modes);
         let more_symmetric = symmetry.order() > plain.order();
         let mut weight = |case: &Case| case.frequencies.iter().map(|f| pool.weight(f.omega_squared)).sum::<u64>();
