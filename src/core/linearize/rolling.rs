@@ -114,73 +114,13 @@ fn columns_of(rows: &Rows, all: &[usize], kept: &[usize]) -> Rows {
     rows.iter().map(of).collect()
 }
 
-/// The coordinates y with equations of second order, and z of which some have equations of first order.
-struct FirstOrder<'a> {
-    free: &'a [usize],
-    bound: &'a [usize],
-    /// Those of `bound` with equations.
-    acting: &'a [bool],
-    /// -Z, one row a coordinate of `bound`.
-    opposite: &'a Rows,
-    /// The coefficients of y in the conditions solved for z', and those of z.
-    own: &'a Rows,
-    gamma: &'a Rows,
-}
-
-impl FirstOrder<'_> {
-    fn row(&self, i: usize) -> Option<usize> {
-        self.bound.iter().position(|own| *own == i)
-    }
-
-    /// The coordinates with equations, ascending.
-    fn left(&self) -> Vec<usize> {
-        let acting = self.bound.iter().zip(self.acting).filter(|(_, acting)| **acting);
-        let mut left: Vec<usize> = self.free.iter().copied().chain(acting.map(|(i, _)| *i)).collect();
-        left.sort_unstable();
-        left
-    }
-
-    /// The coefficient of a velocity in the equation of first order of a coordinate.
-    fn velocity(&self, i: usize, j: usize, [zero, one]: [ExprId; 2]) -> ExprId {
-        match (self.row(i), self.free.binary_search(&j)) {
-            (Some(row), Ok(at)) => self.opposite[row][at],
-            _ if i == j => one,
-            _ => zero,
-        }
-    }
-
-    /// The coefficient of a place in it.
-    fn place(&self, i: usize, j: usize, zero: ExprId) -> ExprId {
-        match (self.row(i), self.free.binary_search(&j)) {
-            (Some(row), Ok(at)) => self.own[row][at],
-            (Some(row), Err(_)) => self.row(j).map_or(zero, |at| self.gamma[row][at]),
-            (None, _) => zero,
-        }
-    }
-
-    /// -β and -γ of the `others`, whose velocities follow.
-    fn drift(&self, pool: &mut Pool, left: &[usize], others: &[usize]) -> Rows {
-        let (both, zero) = (left.iter().chain(others), pool.zero());
-        let mut row = |i: &usize| both.clone().map(|j| pool.neg(self.place(*i, *j, zero))).collect();
-        others.iter().map(&mut row).collect()
-    }
-
-    /// A matrix of all equations, from those of second order by y and z and entries of the others.
-    fn joined(&self, left: &[usize], second: [&Rows; 2], zero: ExprId, first: &dyn Fn(usize, usize) -> ExprId) -> Rows {
-        let entry = |i: &usize, j: &usize| match (self.free.binary_search(i), self.free.binary_search(j)) {
-            (Ok(i), Ok(j)) => second[0][i][j],
-            (Ok(i), Err(_)) => self.row(*j).map_or(zero, |j| second[1][i][j]),
-            (Err(_), _) => first(*i, *j),
-        };
-        left.iter().map(|i| left.iter().map(|j| entry(i, j)).collect()).collect()
-    }
-}
-
-/// Which of z, but for those that are `held`, act on y (`feeds_back`), or on those that do, or decay or grow by themselves: what is left of γ
+/// Which of z, but for those that are `tied` by constraints and rest, act on y (`feeds_back`), or on those that do, or decay or grow by themselves: what is left of γ
 /// is nilpotent.
-fn acting(pool: &mut Pool, feeds_back: &Rows, gamma: &Rows, held: &[bool]) -> Vec<bool> {
+fn acting(pool: &mut Pool, feeds_back: &Rows, [beta, gamma]: [&Rows; 2], tied: &[bool]) -> Vec<bool> {
     let count = gamma.len();
-    let acts = |k: usize| !held[k] && feeds_back.iter().any(|row| !row[k].is_zero());
+    // What constraints hold has nowhere to drift.
+    let held = |k: usize| tied[k] && beta[k].iter().chain(&gamma[k]).all(|e| e.is_zero());
+    let acts = |k: usize| !held(k) && feeds_back.iter().any(|row| !row[k].is_zero());
     let mut acting: Vec<bool> = (0..count).map(acts).collect();
     let close = |acting: &mut Vec<bool>| {
         for _ in 0..count {
@@ -382,22 +322,21 @@ impl SymbolicRolling {
         let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
         let (candidates, carried) = left_to_move(pool, &conditions.rows[..conditions.constraints], &bound);
         let rows = eliminate(pool, conditions.rows.clone(), &bound).ok_or_else(dependent)?;
-        let slopes: Rows = rows.iter().map(|row| free.iter().map(|i| pool.neg(row[*i])).collect()).collect();
+        let slopes = scaled(pool, &behind(&rows, 0, &free), Number::MINUS_ONE);
         let [own, gamma] = [&free, &bound].map(|columns| behind(&rows, visible, columns));
         let through = product(pool, &gamma, &slopes);
         let beta = added(pool, &own, &through);
-        // Z and W as rows of all coordinates.
+        // Z as rows of all coordinates; W has a 1 for each of those that follow.
         let (zero, one) = (pool.zero(), pool.one());
         let unit = |of: &[usize], i: usize| of.iter().map(|own| if *own == i { one } else { zero }).collect();
-        let directions: Rows = (0..visible)
-            .map(|i| bound.iter().position(|own| *own == i).map_or_else(|| unit(&free, i), |row| slopes[row].clone()))
-            .collect();
-        let others: Rows = (0..visible).map(|i| unit(&bound, i)).collect();
+        let place = |i: &usize| bound.iter().position(|own| own == i);
+        let followed = |i| place(&i).map_or_else(|| unit(&free, i), |row| slopes[row].clone());
+        let directions: Rows = (0..visible).map(followed).collect();
         let back = transposed(&directions);
         let both = |pool: &mut Pool, parts: [Option<&Rows>; 2]| {
             let matrix = total(pool, visible, parts);
             let image = product(pool, &back, &matrix);
-            (product(pool, &image, &directions), product(pool, &image, &others))
+            (product(pool, &image, &directions), behind(&image, 0, &bound))
         };
         let (mass, p) = both(pool, [Some(mass), None]);
         let (velocity, q) = both(pool, [gyroscopic.as_ref(), damping.as_ref()]);
@@ -413,15 +352,12 @@ impl SymbolicRolling {
         let feeds_back = product(pool, &p_gamma, &gamma);
         let feeds_back = minus(pool, &feeds_back, &q, &gamma);
         let feeds_back = added(pool, &feeds_back, &r);
-        // What constraints hold has nowhere to drift.
-        let rests = |k: usize| [&beta, &gamma].iter().all(|rows| rows[k].iter().all(|e| e.is_zero()));
-        let held: Vec<bool> = (0..bound.len()).map(|k| !candidates.contains(&bound[k]) && rests(k)).collect();
-        let acting = if drifts { acting(pool, &feeds_back, &gamma, &held) } else { vec![false; bound.len()] };
+        let tied: Vec<bool> = bound.iter().map(|i| !candidates.contains(i)).collect();
+        let acting = if drifts { acting(pool, &feeds_back, [&beta, &gamma], &tied) } else { vec![false; bound.len()] };
         let feeds_back = masked(pool, &feeds_back, &acting);
         let zeros = not_integrable(model, pool, &bound, visible)
             .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
         // A family of equilibria moves these alone; those that act on the others have exponents of their own.
-        let place = |i: &usize| bound.iter().position(|own| own == i);
         let is_acting = |i: &usize| place(i).is_some_and(|at| acting[at]);
         let (alive, mut moved): (Vec<usize>, Vec<usize>) = candidates.iter().partition(|i| is_acting(i));
         if alive.len() < acting.iter().filter(|own| **own).count() {
@@ -438,22 +374,26 @@ impl SymbolicRolling {
         if drifts && !(vanish(&shifts) && bound.iter().zip(&carried).all(alone)) {
             return Err(refused(NOT_SINGLE));
         }
-        let opposite = scaled(pool, &slopes, Number::MINUS_ONE);
-        let order =
-            FirstOrder { free: &free, bound: &bound, acting: &acting, opposite: &opposite, own: &own, gamma: &gamma };
-        let left = order.left();
+        let others: Vec<usize> = bound.iter().copied().filter(|i| !is_acting(i)).collect();
+        let left: Vec<usize> = (0..visible).filter(|i| !others.contains(i)).collect();
         // Beside coordinates that act on the others nothing comes along.
         shifts.resize(left.len(), vec![zero; moved.len()]);
         // Of y and z + Z y, which are the coordinates themselves.
         let stiffness = if alive.is_empty() { stiffness } else { minus(pool, &stiffness, &feeds_back, &slopes) };
-        let none: Rows = vec![vec![zero; bound.len()]; free.len()];
-        let mass = order.joined(&left, [&mass, &none], zero, &|_, _| zero);
-        let velocity = order.joined(&left, [&velocity, &none], zero, &|i, j| order.velocity(i, j, [zero, one]));
-        let stiffness = order.joined(&left, [&stiffness, &feeds_back], zero, &|i, j| order.place(i, j, zero));
-        let others: Vec<usize> = bound.iter().copied().filter(|i| !is_acting(i)).collect();
+        // The equations of y by y and z, and those of z, which are the solved conditions from a column on.
+        let second = [(&mass, None, None), (&velocity, None, Some(0)), (&stiffness, Some(&feeds_back), Some(visible))];
+        let [mass, velocity, stiffness] = second.map(|(own, beside, from)| -> Rows {
+            let entry = |i: &usize, j: &usize| match (free.binary_search(i), free.binary_search(j)) {
+                (Ok(i), Ok(j)) => own[i][j],
+                (Ok(i), Err(_)) => beside.zip(place(j)).map_or(zero, |(beside, j)| beside[i][j]),
+                (Err(_), _) => from.zip(place(i)).map_or(zero, |(from, row)| rows[row][from + j]),
+            };
+            left.iter().map(|i| left.iter().map(|j| entry(i, j)).collect()).collect()
+        });
         let carried = bound.iter().zip(carried).filter(|(i, _)| !is_acting(i)).map(|(_, row)| row).collect();
         let first = (0..left.len()).filter(|at| is_acting(&left[*at])).collect();
-        let drift = if drifts { order.drift(pool, &left, &others) } else { Vec::new() };
+        let solved: Rows = others.iter().filter(|_| drifts).filter_map(place).map(|row| rows[row].clone()).collect();
+        let drift = scaled(pool, &behind(&solved, visible, &[left.as_slice(), &others].concat()), Number::MINUS_ONE);
         let directions: Rows = (0..visible)
             .map(|i| match left.binary_search(&i) {
                 Ok(_) => unit(&left, i),
