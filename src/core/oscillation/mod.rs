@@ -285,9 +285,7 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
     }
     let searched = may_be_singular(dimension, &stiffness);
     let mut zero_modes = if searched { linearized.zero_modes() } else { Vec::new() };
-    let vectors =
-        |zero_modes: &[ZeroMode]| -> Vec<Vec<Ball>> { zero_modes.iter().map(|mode| mode.vector.clone()).collect() };
-    let mut problem = Problem { dimension, mass, stiffness, zero_vectors: vectors(&zero_modes) };
+    let mut problem = Problem { dimension, mass, stiffness, zero_vectors: Vec::new() };
     // The classes are read off the shapes, which are made for them where that is cheap.
     let sparse = |matrix: &[Ball]| SparseMatrix::from_dense(dimension, matrix);
     let whole = (dimension <= symmetry::MOST_COORDINATES && has_shapes(dimension, options)).then(|| linearized.whole());
@@ -296,25 +294,20 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
         false => symmetry::labels(linearized, &sparse(&problem.mass), &sparse(&problem.stiffness)),
     });
     let inner = Options { vectors: options.vectors || labels.is_some(), ..options.clone() };
-    let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
-        let zeros = zero_modes.len();
-        let model = Model { linearized, zero_modes: zero_modes.as_slice() };
-        match modes::solve_from(problem, &model, &inner) {
+    let mut solve = |zero_modes: &mut Vec<ZeroMode>| loop {
+        problem.zero_vectors = zero_modes.iter().map(|mode| mode.vector.clone()).collect();
+        match modes::solve_from(&problem, &Model { linearized, zero_modes }, &inner) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
-            Err(ModesError::ZeroVector { index }) if index < zeros => {
-                zero_modes.remove(index);
-                problem.zero_vectors.remove(index);
-            }
+            Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => _ = zero_modes.remove(index),
             result => return result.map_err(|error| named(linearized, &error)),
         }
     };
-    let mut spectrum = solve(&mut problem, &mut zero_modes)?;
+    let mut spectrum = solve(&mut zero_modes)?;
     // Pivots may have grown from rounding: then the bounds find the zero.
     if !searched && spectrum.modes.iter().any(|mode| mode.kind == Kind::Undecided) {
         zero_modes = linearized.zero_modes();
         if !zero_modes.is_empty() {
-            problem.zero_vectors = vectors(&zero_modes);
-            spectrum = solve(&mut problem, &mut zero_modes)?;
+            spectrum = solve(&mut zero_modes)?;
         }
     }
     Ok(with_names(linearized, spectrum, labels, zero_motions(zero_modes), options))
