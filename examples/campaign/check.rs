@@ -14,9 +14,9 @@ use crate::clock::of_thread;
 use crate::digits::{absolute, digits, read, round};
 use crate::draw::power_of_ten;
 use crate::exponents;
-use crate::kinds::{Model, Reference, Searched};
+use crate::kinds::{Derivatives, Model, Reference};
 use crate::real::*;
-use crate::reference::{AWAY, BITS, Factors, Matrices, Truth, inner, times, to_reals};
+use crate::reference::{AWAY, BITS, Factors, Matrices, Square, Truth, inner, times, to_reals};
 
 /// What is wrong with a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -142,11 +142,11 @@ struct Judge {
 }
 
 /// The equilibrium next to the found one, to all bits.
-fn pinned(problem: &dyn Searched, found: &[Ball], bits: usize) -> Option<Vec<Real>> {
+fn pinned(mass: &Square, derivatives: &Derivatives, found: &[Ball], bits: usize) -> Option<Vec<Real>> {
     let mut x: Vec<Real> = found.iter().map(|ball| centre(ball, bits)).collect();
     for _ in 0..40 {
-        let (gradient, hessian) = problem.derivatives(&x, bits);
-        let matrices = Matrices { mass: problem.mass(bits), stiffness: hessian };
+        let (gradient, stiffness) = derivatives(&x, bits);
+        let matrices = Matrices { mass: mass.clone(), stiffness };
         let factors = Factors::new(&matrices, &integer(0, bits), bits)?;
         let step = factors.solve(&gradient);
         let size = x.iter().map(log2).max().unwrap_or(0);
@@ -191,8 +191,9 @@ impl Judge {
             }
             Reference::Real(matrices) => matrices(bits),
             Reference::Exponents(_) => return None,
-            Reference::Searched(problem) => {
-                let x = pinned(problem.as_ref(), point, bits)?;
+            Reference::Searched(mass, derivatives) => {
+                let mass = to_reals(mass, bits);
+                let x = pinned(&mass, derivatives, point, bits)?;
                 for (i, (x, ball)) in x.iter().zip(point).enumerate() {
                     if !within(x, ball, bits) {
                         let message =
@@ -200,7 +201,7 @@ impl Judge {
                         outcome.wrong(Wrong::Equilibrium, message);
                     }
                 }
-                Matrices { mass: problem.mass(bits), stiffness: problem.derivatives(&x, bits).1 }
+                Matrices { mass, stiffness: derivatives(&x, bits).1 }
             }
         };
         let truth = Truth::new(&matrices, bits)?;

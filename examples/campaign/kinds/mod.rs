@@ -23,18 +23,18 @@ pub(crate) struct Model {
 
 /// M and K once more.
 pub(crate) enum Reference {
-    Exact { mass: Exact, stiffness: Exact },
+    Exact {
+        mass: Exact,
+        stiffness: Exact,
+    },
     Real(Box<dyn Fn(usize) -> Matrices>),
-    Searched(Box<dyn Searched>),
+    /// M, and V of a model whose equilibrium the reference has to search for as well.
+    Searched(Exact, Box<Derivatives>),
     Exponents(Box<Scaled>),
 }
 
-/// A model whose equilibrium the reference has to search for as well.
-pub(crate) trait Searched {
-    fn mass(&self, bits: usize) -> Square;
-    /// The gradient of V and its second derivatives.
-    fn derivatives(&self, x: &[Real], bits: usize) -> (Vec<Real>, Square);
-}
+/// The gradient of V and its second derivatives, at some number of bits.
+pub(crate) type Derivatives = dyn Fn(&[Real], usize) -> (Vec<Real>, Square);
 
 impl Model {
     fn new(text: String, reference: Reference) -> Self {

@@ -87,7 +87,7 @@ fn block(along: &Real, across: &Real, e: &[Real; 2]) -> [[Real; 2]; 2] {
     [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
 }
 
-fn each_twice(m: &[Number]) -> Exact {
+pub(super) fn each_twice(m: &[Number]) -> Exact {
     diagonal(m.iter().flat_map(|m| [m, m]))
 }
 

@@ -1,14 +1,14 @@
 //! Models whose equilibrium is irrational and has to be searched for. The reference takes over which
 //! one was found and pins it down by itself.
 
-use super::plane::add_block;
-use super::{Model, Reference, Searched};
+use super::plane::{add_block, each_twice};
+use super::{Derivatives, Model, Reference};
 use crate::draw::*;
 use crate::real::*;
 use crate::reference::{Square, to_reals};
 
-fn searched(text: String, problem: impl Searched + 'static) -> Model {
-    Model::new(text, Reference::Searched(Box::new(problem)))
+fn searched(text: String, mass: Exact, derivatives: Box<Derivatives>) -> Model {
+    Model::new(text, Reference::Searched(mass, derivatives))
 }
 
 /// Adds the spring force k d + β d³ and its derivative, d = x_i - x_j - rest; no j: the ground.
@@ -53,27 +53,18 @@ fn some(draw: &mut Draw, count: usize) -> Vec<Number> {
 }
 
 /// Quartic wells with a force on them, coupled.
-struct Wells {
-    m: Vec<Number>,
-    a: Vec<Number>,
-    b: Vec<Number>,
-    f: Vec<Number>,
-    k: Vec<Number>,
-}
-
 pub(super) fn wells(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(16);
-    let wells =
-        Wells { m: some(draw, n), a: draw.plains(n), b: draw.plains(n), f: draw.plains(n), k: some(draw, n - 1) };
+    let (m, a, b, f, k) = (some(draw, n), draw.plains(n), draw.plains(n), draw.plains(n), some(draw, n - 1));
     let start: Vec<Number> = (0..n).map(|_| Number::integer(draw.pick(&[-1, 1, 2]))).collect();
     let mut text = format!("param n = {n}\n");
     let names = ["m", "a", "b", "f"];
-    for (name, values) in names.iter().zip([&wells.m, &wells.a, &wells.b, &wells.f]) {
+    for (name, values) in names.iter().zip([&m, &a, &b, &f]) {
         text += &family(name, values);
     }
     let mut springs = String::new();
     if n > 1 {
-        text += &family("k", &wells.k);
+        text += &family("k", &k);
         springs += "\n  + sum(i in 1..n-1, 1/2*k[i]*(x[i+1] - x[i])^2)";
     }
     text += &format!(
@@ -84,41 +75,28 @@ guess x = {}
 ",
         list(&start)
     );
-    searched(text, wells)
-}
-
-impl Searched for Wells {
-    fn mass(&self, bits: usize) -> Square {
-        to_reals(&diagonal(&self.m), bits)
-    }
-
-    fn derivatives(&self, x: &[Real], bits: usize) -> (Vec<Real>, Square) {
+    let derivatives = move |x: &[Real], bits: usize| {
         let (mut gradient, mut hessian) = empty(x.len(), bits);
         for i in 0..x.len() {
-            let [a, b, f] = [&self.a, &self.b, &self.f].map(|v| real(&v[i].value, bits));
+            let [a, b, f] = [&a, &b, &f].map(|v| real(&v[i].value, bits));
             let well = Spring { k: &-b, cubic: Some(&a) };
             well.add((&mut gradient, &mut hessian), x, (i, None));
             gradient[i] -= f;
         }
-        for (i, k) in self.k.iter().enumerate() {
+        for (i, k) in k.iter().enumerate() {
             let k = real(&k.value, bits);
             let spring = Spring { k: &k, cubic: None };
             spring.add((&mut gradient, &mut hessian), x, (i + 1, Some(i)));
         }
         (gradient, hessian)
-    }
+    };
+    searched(text, diagonal(&m), Box::new(derivatives))
 }
 
 /// Masses on hardening springs under each other.
-struct Hanging {
-    m: Vec<Number>,
-    k: Vec<Number>,
-    b: Vec<Number>,
-}
-
 pub(super) fn hanging(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(20);
-    let problem = Hanging { m: draw.plains(n), k: some(draw, n), b: some(draw, n) };
+    let (m, k, b) = (draw.plains(n), some(draw, n), some(draw, n));
     let text = format!(
         "param n = {n}
 param g = 9.81
@@ -128,41 +106,31 @@ let d[i in 2..n] = x[i] - x[i-1]
 T = sum(i in 1..n, 1/2*m[i]*x[i]'^2)
 V = sum(i in 1..n, 1/2*k[i]*d[i]^2 + 1/4*b[i]*d[i]^4 - m[i]*g*x[i])
 ",
-        family("m", &problem.m),
-        family("k", &problem.k),
-        family("b", &problem.b),
+        family("m", &m),
+        family("k", &k),
+        family("b", &b),
     );
-    searched(text, problem)
-}
-
-impl Searched for Hanging {
-    fn mass(&self, bits: usize) -> Square {
-        to_reals(&diagonal(&self.m), bits)
-    }
-
-    fn derivatives(&self, x: &[Real], bits: usize) -> (Vec<Real>, Square) {
+    let mass = diagonal(&m);
+    let derivatives = move |x: &[Real], bits: usize| {
         let (mut gradient, mut hessian) = empty(x.len(), bits);
         let g = real(&Number::scaled(981, -2).value, bits);
         for i in 0..x.len() {
-            let [m, k, b] = [&self.m, &self.k, &self.b].map(|v| real(&v[i].value, bits));
+            let [m, k, b] = [&m, &k, &b].map(|v| real(&v[i].value, bits));
             let spring = Spring { k: &k, cubic: Some(&b) };
             spring.add((&mut gradient, &mut hessian), x, (i, i.checked_sub(1)));
             gradient[i] -= m * &g;
         }
         (gradient, hessian)
-    }
+    };
+    searched(text, mass, Box::new(derivatives))
 }
 
 /// Charges in a trap.
-struct Ions {
-    m: Vec<Number>,
-    q: Vec<Number>,
-    k: Number,
-}
-
 pub(super) fn ions(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(10);
-    let problem = Ions { m: some(draw, n), q: (0..n).map(|_| draw.decimal(0)).collect(), k: draw.plain() };
+    let m = some(draw, n);
+    let q: Vec<Number> = (0..n).map(|_| draw.decimal(0)).collect();
+    let k = draw.plain();
     let text = format!(
         "param N = {n}
 param k = {}
@@ -171,26 +139,18 @@ T = sum(i in 1..N, 1/2*m[i]*x[i]'^2)
 V = sum(i in 1..N, 1/2*k*x[i]^2) + sum(i in 1..N, j in i+1..N, q[i]*q[j]/(x[j] - x[i]))
 guess x[i in 1..N] = i - (N + 1)/2
 ",
-        problem.k.text,
-        family("m", &problem.m),
-        family("q", &problem.q),
+        k.text,
+        family("m", &m),
+        family("q", &q),
     );
-    searched(text, problem)
-}
-
-impl Searched for Ions {
-    fn mass(&self, bits: usize) -> Square {
-        to_reals(&diagonal(&self.m), bits)
-    }
-
-    fn derivatives(&self, x: &[Real], bits: usize) -> (Vec<Real>, Square) {
+    let derivatives = move |x: &[Real], bits: usize| {
         let (mut gradient, mut hessian) = empty(x.len(), bits);
-        let k = real(&self.k.value, bits);
+        let k = real(&k.value, bits);
         for i in 0..x.len() {
             gradient[i] += &k * &x[i];
             hessian[i][i] += &k;
             for j in i + 1..x.len() {
-                let charges = real(&(&self.q[i].value * &self.q[j].value), bits);
+                let charges = real(&(&q[i].value * &q[j].value), bits);
                 let d = &x[j] - &x[i];
                 let force = charges / (&d * &d);
                 let slope = integer(2, bits) * &force / &d;
@@ -198,35 +158,24 @@ impl Searched for Ions {
             }
         }
         (gradient, hessian)
-    }
+    };
+    searched(text, diagonal(&m), Box::new(derivatives))
 }
 
 /// Pendulums that torsion springs pull aside.
-struct Torsion {
-    m: Vec<Number>,
-    l: Vec<Number>,
-    k: Vec<Number>,
-    a: Vec<Number>,
-    c: Vec<Number>,
-}
-
 pub(super) fn torsion(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(16);
-    let problem = Torsion {
-        m: some(draw, n),
-        l: draw.plains(n),
-        k: some(draw, n),
-        a: (0..n).map(|_| Number::scaled(draw.int(1, 200), -2)).collect(),
-        c: some(draw, n - 1),
-    };
+    let (m, l, k) = (some(draw, n), draw.plains(n), some(draw, n));
+    let a: Vec<Number> = (0..n).map(|_| Number::scaled(draw.int(1, 200), -2)).collect();
+    let c = some(draw, n - 1);
     let mut text = format!("param n = {n}\nparam g = 9.81\n");
-    text += &family("m", &problem.m);
-    text += &family("l", &problem.l);
-    text += &family("k", &problem.k);
-    text += &family("a", &problem.a);
+    text += &family("m", &m);
+    text += &family("l", &l);
+    text += &family("k", &k);
+    text += &family("a", &a);
     let mut coupling = String::new();
     if n > 1 {
-        text += &family("c", &problem.c);
+        text += &family("c", &c);
         coupling += "\n  + sum(i in 2..n, 1/2*c[i-1]*(phi[i] - phi[i-1])^2)";
     }
     text += &format!(
@@ -235,52 +184,35 @@ T = sum(i in 1..n, 1/2*m[i]*l[i]^2*phi[i]'^2)
 V = sum(i in 1..n, 1/2*k[i]*(phi[i] - a[i])^2 - m[i]*g*l[i]*cos(phi[i])){coupling}
 "
     );
-    searched(text, problem)
-}
-
-impl Searched for Torsion {
-    fn mass(&self, bits: usize) -> Square {
-        let inertia = |(m, l): (&Number, &Number)| Number::exactly(&m.value * &l.value * &l.value);
-        let all: Vec<Number> = self.m.iter().zip(&self.l).map(inertia).collect();
-        to_reals(&diagonal(&all), bits)
-    }
-
-    fn derivatives(&self, x: &[Real], bits: usize) -> (Vec<Real>, Square) {
+    let inertia = |(m, l): (&Number, &Number)| Number::exactly(&m.value * &l.value * &l.value);
+    let all: Vec<Number> = m.iter().zip(&l).map(inertia).collect();
+    let derivatives = move |x: &[Real], bits: usize| {
         let (mut gradient, mut hessian) = empty(x.len(), bits);
         let g = real(&Number::scaled(981, -2).value, bits);
         for i in 0..x.len() {
-            let [m, l, k, a] = [&self.m, &self.l, &self.k, &self.a].map(|v| real(&v[i].value, bits));
+            let [m, l, k, a] = [&m, &l, &k, &a].map(|v| real(&v[i].value, bits));
             let weight = m * l * &g;
             let (sin, cos) = sin_cos(&x[i], bits);
             gradient[i] += &k * (&x[i] - a) + &weight * sin;
             hessian[i][i] += k + weight * cos;
         }
-        for (i, c) in self.c.iter().enumerate() {
+        for (i, c) in c.iter().enumerate() {
             let c = real(&c.value, bits);
             let spring = Spring { k: &c, cubic: None };
             spring.add((&mut gradient, &mut hessian), x, (i + 1, Some(i)));
         }
         (gradient, hessian)
-    }
+    };
+    searched(text, diagonal(&all), Box::new(derivatives))
 }
 
 /// Beads on elastic strings between two hooks, sagging.
-struct Sagging {
-    m: Vec<Number>,
-    k: Vec<Number>,
-    a: Number,
-    width: Number,
-}
-
 pub(super) fn sagging(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(16).div_ceil(2);
     let stiff = draw.int(1, 4);
-    let problem = Sagging {
-        m: draw.plains(n),
-        k: (0..=n).map(|_| draw.decimal(stiff)).collect(),
-        a: Number::scaled(draw.int(50, 120), -2),
-        width: Number::integer(n as i64 + 1),
-    };
+    let m = draw.plains(n);
+    let k: Vec<Number> = (0..=n).map(|_| draw.decimal(stiff)).collect();
+    let (a, width) = (Number::scaled(draw.int(50, 120), -2), Number::integer(n as i64 + 1));
     let text = format!(
         "param n = {n}
 param g = 9.81
@@ -294,32 +226,24 @@ T = sum(i in 1..n, 1/2*m[i]*dot(r[i]', r[i]'))
 V = sum(i in 1..n, m[i]*g*r[i,2]) + sum(i in 1..n+1, 1/2*k[i]*(norm(P[i] - P[i-1]) - a)^2)
 guess r[i in 1..n] = [i*D/(n + 1), -1]
 ",
-        problem.a.text,
-        problem.width.text,
-        family("m", &problem.m),
-        family("k", &problem.k),
+        a.text,
+        width.text,
+        family("m", &m),
+        family("k", &k),
     );
-    searched(text, problem)
-}
-
-impl Searched for Sagging {
-    fn mass(&self, bits: usize) -> Square {
-        to_reals(&diagonal(self.m.iter().flat_map(|m| [m, m])), bits)
-    }
-
-    fn derivatives(&self, x: &[Real], bits: usize) -> (Vec<Real>, Square) {
+    let mass = each_twice(&m);
+    let derivatives = move |x: &[Real], bits: usize| {
         let (mut gradient, mut hessian) = empty(x.len(), bits);
-        let points = self.m.len();
         let g = real(&Number::scaled(981, -2).value, bits);
-        for (i, m) in self.m.iter().enumerate() {
+        for (i, m) in m.iter().enumerate() {
             gradient[2 * i + 1] += real(&m.value, bits) * &g;
         }
-        let a = real(&self.a.value, bits);
-        for (i, k) in self.k.iter().enumerate() {
+        let a = real(&a.value, bits);
+        for (i, k) in k.iter().enumerate() {
             let k = real(&k.value, bits);
             let end = |i: Option<usize>| match i {
-                Some(i) if i < points => [x[2 * i].clone(), x[2 * i + 1].clone()],
-                Some(_) => [real(&self.width.value, bits), integer(0, bits)],
+                Some(i) if i < n => [x[2 * i].clone(), x[2 * i + 1].clone()],
+                Some(_) => [real(&width.value, bits), integer(0, bits)],
                 None => [integer(0, bits), integer(0, bits)],
             };
             let (from, to) = (i.checked_sub(1), Some(i));
@@ -330,7 +254,7 @@ impl Searched for Sagging {
             let rest = &k * &a / (&length * &length * &length);
             for p in 0..2 {
                 let force = &pull * &d[p];
-                if i < points {
+                if i < n {
                     gradient[2 * i + p] += &force;
                 }
                 if let Some(from) = from {
@@ -340,9 +264,10 @@ impl Searched for Sagging {
             let mut slopes = [0, 1].map(|p| [0, 1].map(|q| &rest * &d[p] * &d[q]));
             slopes[0][0] += &pull;
             slopes[1][1] += &pull;
-            let (own, other) = ends(i, points);
+            let (own, other) = ends(i, n);
             add_block(&mut hessian, &slopes, own, other);
         }
         (gradient, hessian)
-    }
+    };
+    searched(text, mass, Box::new(derivatives))
 }
