@@ -11,23 +11,20 @@ fn searched(text: String, mass: Exact, derivatives: Box<Derivatives>) -> Model {
     Model::new(text, Reference::Searched(mass, derivatives))
 }
 
-/// Adds the spring force k d + β d³ and its derivative, d = x_i - x_j - rest; no j: the ground.
-struct Spring<'a> {
-    k: &'a Real,
-    cubic: Option<&'a Real>,
+/// Adds the spring force k d + β d³ and its derivative, d = x_i - x_j; no j: the ground.
+fn spring(sums: (&mut [Real], &mut Square), [k, cubic]: [&Real; 2], x: &[Real], (i, j): (usize, Option<usize>)) {
+    let d = j.map_or_else(|| x[i].clone(), |j| &x[i] - &x[j]);
+    let square = &d * &d;
+    let force = k * &d + cubic * &square * &d;
+    let slope = k + (cubic * &square + cubic * &square + cubic * &square);
+    add(sums, &force, &slope, (i, j));
 }
 
-impl Spring<'_> {
-    fn add(&self, (gradient, hessian): (&mut [Real], &mut Square), x: &[Real], (i, j): (usize, Option<usize>)) {
-        let d = j.map_or_else(|| x[i].clone(), |j| &x[i] - &x[j]);
-        let mut force = self.k * &d;
-        let mut slope = self.k.clone();
-        if let Some(cubic) = self.cubic {
-            let square = &d * &d;
-            force += cubic * &square * &d;
-            slope += cubic * &square + cubic * &square + cubic * &square;
-        }
-        add((gradient, hessian), &force, &slope, (i, j));
+/// Adds linear springs between neighbours.
+fn coupled((gradient, hessian): (&mut [Real], &mut Square), k: &[Number], x: &[Real], bits: usize) {
+    for (i, k) in k.iter().enumerate() {
+        let k = real(&k.value, bits);
+        add((gradient, hessian), &(&k * (&x[i + 1] - &x[i])), &k, (i + 1, Some(i)));
     }
 }
 
@@ -79,15 +76,10 @@ guess x = {}
         let (mut gradient, mut hessian) = empty(x.len(), bits);
         for i in 0..x.len() {
             let [a, b, f] = [&a, &b, &f].map(|v| real(&v[i].value, bits));
-            let well = Spring { k: &-b, cubic: Some(&a) };
-            well.add((&mut gradient, &mut hessian), x, (i, None));
+            spring((&mut gradient, &mut hessian), [&-b, &a], x, (i, None));
             gradient[i] -= f;
         }
-        for (i, k) in k.iter().enumerate() {
-            let k = real(&k.value, bits);
-            let spring = Spring { k: &k, cubic: None };
-            spring.add((&mut gradient, &mut hessian), x, (i + 1, Some(i)));
-        }
+        coupled((&mut gradient, &mut hessian), &k, x, bits);
         (gradient, hessian)
     };
     searched(text, diagonal(&m), Box::new(derivatives))
@@ -116,8 +108,7 @@ V = sum(i in 1..n, 1/2*k[i]*d[i]^2 + 1/4*b[i]*d[i]^4 - m[i]*g*x[i])
         let g = real(&Number::scaled(981, -2).value, bits);
         for i in 0..x.len() {
             let [m, k, b] = [&m, &k, &b].map(|v| real(&v[i].value, bits));
-            let spring = Spring { k: &k, cubic: Some(&b) };
-            spring.add((&mut gradient, &mut hessian), x, (i, i.checked_sub(1)));
+            spring((&mut gradient, &mut hessian), [&k, &b], x, (i, i.checked_sub(1)));
             gradient[i] -= m * &g;
         }
         (gradient, hessian)
@@ -196,11 +187,7 @@ V = sum(i in 1..n, 1/2*k[i]*(phi[i] - a[i])^2 - m[i]*g*l[i]*cos(phi[i])){couplin
             gradient[i] += &k * (&x[i] - a) + &weight * sin;
             hessian[i][i] += k + weight * cos;
         }
-        for (i, c) in c.iter().enumerate() {
-            let c = real(&c.value, bits);
-            let spring = Spring { k: &c, cubic: None };
-            spring.add((&mut gradient, &mut hessian), x, (i + 1, Some(i)));
-        }
+        coupled((&mut gradient, &mut hessian), &c, x, bits);
         (gradient, hessian)
     };
     searched(text, diagonal(&all), Box::new(derivatives))
