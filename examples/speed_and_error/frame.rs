@@ -3,6 +3,7 @@
 
 use std::error::Error;
 
+use librate_core::typeset::superscript;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
@@ -20,21 +21,11 @@ pub(crate) const FONT: &str = "Helvetica, Arial, sans-serif";
 pub(crate) fn power(exponent: f64) -> String {
     let exponent = exponent.round() as i64;
     match exponent {
-        0 => return "1".to_owned(),
-        1 => return "10".to_owned(),
-        2 => return "100".to_owned(),
-        _ => {}
+        0 => "1".to_owned(),
+        1 => "10".to_owned(),
+        2 => "100".to_owned(),
+        _ => format!("10{}", superscript(&exponent.to_string()).unwrap_or_default()),
     }
-    let superscript = |c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '0' | '4'..='9' => char::from_u32(c as u32 - '0' as u32 + 0x2070).unwrap_or(c),
-        other => other,
-    };
-    let text: String = exponent.to_string().chars().map(superscript).collect();
-    format!("10{text}")
 }
 
 /// A range of powers of ten with marks where they are wanted.
