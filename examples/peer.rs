@@ -129,13 +129,6 @@ fn problem(model: &str, n: usize) -> Result<(String, Option<usize>), Box<dyn Err
     Ok((head + text, lowest))
 }
 
-fn first<E: Error + 'static>(errors: Vec<E>) -> Box<dyn Error> {
-    match errors.into_iter().next() {
-        Some(error) => error.into(),
-        None => "an error without a message".into(),
-    }
-}
-
 /// M and K: of few coordinates dense, of many sparse.
 fn matrices(linear: &Linearized) -> impl PartialEq + use<> {
     let is_large = linear.dimension() > MOST_DENSE;
@@ -145,9 +138,9 @@ fn matrices(linear: &Linearized) -> impl PartialEq + use<> {
 
 /// From text to a linearization, with the times of the three stages.
 fn linearized(text: &str, tables: &TableTexts, mut lap: impl FnMut(&str)) -> Result<Linearized, Box<dyn Error>> {
-    let file = parse(text).map_err(first)?;
+    let file = parse(text).map_err(|errors| errors[0].clone())?;
     lap("parse");
-    let model = elaborate(&file, tables, &Settings::new()).map_err(first)?;
+    let model = elaborate(&file, tables, &Settings::new()).map_err(|errors| errors[0].clone())?;
     lap("elaborate");
     let linearized = linearize(model)?;
     lap("linearize");
