@@ -119,7 +119,7 @@ fn with_growth(title: String, description: String, omega: Panel, growth: Option<
 }
 
 /// What frequencies and growth are called.
-fn axis_labels(has_units: bool) -> [&'static str; 2] {
+pub(super) fn axis_labels(has_units: bool) -> [&'static str; 2] {
     if has_units { ["ω (rad/s)", "growth (1/s)"] } else { ["ω", "growth"] }
 }
 

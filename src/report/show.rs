@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::code::script;
-use super::json::{array, null, number, string, strings};
-use super::mode_pictures::caption;
+use super::json::{array, middles, null, number, string, strings};
+use super::mode_pictures::{axis_labels, caption};
 use super::picture::{escaped, titled};
 use super::{Exponent, counted, derive_html, modes_svg};
 use librate_core::derive::Derivation;
@@ -127,11 +127,10 @@ fn lines_escaped(text: &str) -> String {
 /// The modes with their digits, a row each that selects what moves.
 fn table(shown: &Shown<'_>) -> String {
     let Shown { linearized, modes, options, .. } = shown;
-    let has_units = linearized.model().has_units;
     let exponents: Vec<Exponent> = modes.modes.iter().map(|mode| Exponent::new(mode, options.digits)).collect();
     let grows = exponents.iter().any(|own| own.growth.text() != "0");
     let has_classes = modes.modes.iter().any(|mode| mode.symmetry.is_some());
-    let [omega, growth] = if has_units { ["ω (rad/s)", "growth (1/s)"] } else { ["ω", "growth"] };
+    let [omega, growth] = axis_labels(linearized.model().has_units);
     let titles = ["mode", "kind", omega].into_iter().chain(grows.then_some(growth));
     let titles = titles.chain(has_classes.then_some("symmetry"));
     let head: String = titles.map(|title| format!("<th scope=\"col\">{title}</th>")).collect();
@@ -205,9 +204,7 @@ fn data(shown: &Shown<'_>) -> String {
     format!(
         "{{\"names\": {}, \"equilibrium\": {}, \"angles\": {angles}, \"figure\": {figure}, \"grid\": {},\n\"modes\": [\n{}]}}",
         strings(model.coordinates.names()),
-        array(
-            linearized.equilibrium().values.iter().take(model.coordinates.len()).map(|value| number(value.mid_f64()))
-        ),
+        middles(linearized.equilibrium().values.iter().take(model.coordinates.len())),
         shown.grid.map_or_else(null, nodes),
         drawn.collect::<Vec<_>>().join(",\n"),
     )
