@@ -23,14 +23,11 @@ pub(crate) fn ratio(value: f64) -> String {
     format!("{rounded}")
 }
 
-pub(crate) fn table(out: &mut String, header: &[String], rows: &[Vec<String>]) {
+pub(crate) fn table(header: &[String], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    out.push_str(&line(header));
     let rule = (0..header.len()).map(|at| if at == 0 { "---" } else { "---:" });
-    out.push_str(&line(&rule.map(str::to_owned).collect::<Vec<_>>()));
-    for row in rows {
-        out.push_str(&line(row));
-    }
+    let rule = line(&rule.map(str::to_owned).collect::<Vec<_>>());
+    [line(header), rule].into_iter().chain(rows.into_iter().map(|row| line(&row))).collect()
 }
 
 /// A row of a table.

@@ -104,7 +104,6 @@ fn missing(report: &Report) -> String {
 
 /// One line a path.
 fn summary(report: &Report) -> String {
-    let mut out = String::new();
     let mut rows = Vec::new();
     for path in present(report.hard(), |_| true) {
         let of = |test: &dyn Fn(&Verdict) -> bool| report.hard().filter(|m| test(verdict(m, path))).count();
@@ -129,17 +128,13 @@ fn summary(report: &Report) -> String {
     }
     let titles =
         ["path", "applies", "gives up", "wrong sign", "error, median", "error, worst", "bound, worst", "time, median"];
-    table(&mut out, &titles.map(str::to_owned), &rows);
-    out.push('\n');
-    described(&mut out, |path| path.label != CHOLMOD);
-    out
+    table(&titles.map(str::to_owned), rows) + "\n" + &described(|path| path.label != CHOLMOD)
 }
 
 /// What paths are.
-pub(crate) fn described(out: &mut String, which: impl Fn(&PathInfo) -> bool) {
-    for path in PATHS.iter().filter(|path| which(path)) {
-        let _ = writeln!(out, "- **{}**: {}", path.label, path.what);
-    }
+pub(crate) fn described(which: impl Fn(&PathInfo) -> bool) -> String {
+    let paths = PATHS.iter().filter(|path| which(path));
+    paths.map(|path| format!("- **{}**: {}\n", path.label, path.what)).collect()
 }
 
 /// What the rotations cost at the largest size that they were given.
@@ -155,7 +150,6 @@ fn jacobi_cost(report: &Report) -> String {
 
 /// On how many problems each precision level was needed, and on which.
 fn levels(report: &Report) -> String {
-    let mut out = String::new();
     let levels =
         [PrecisionLevel::Doubles, PrecisionLevel::Refined, PrecisionLevel::DoubleDouble, PrecisionLevel::Precise];
     let answered = |label: &str, level: PrecisionLevel| {
@@ -167,8 +161,7 @@ fn levels(report: &Report) -> String {
     };
     let mut titles =
         cells(vec!["precision level".to_owned()], librate_paths().map(|(_, digits)| format!("{digits} digits")));
-    table(&mut out, &titles, &levels.map(row));
-    out.push_str("\nAnd on each of them:\n\n");
+    let out = table(&titles, levels.map(row)) + "\nAnd on each of them:\n\n";
     titles[0] = "problem".to_owned();
     let row = |measured: &Measured| {
         let levels = librate_paths().map(|(label, _)| {
@@ -177,8 +170,7 @@ fn levels(report: &Report) -> String {
         });
         cells(vec![measured.name.replace('_', " ")], levels)
     };
-    table(&mut out, &titles, &report.measured.iter().map(row).collect::<Vec<_>>());
-    out
+    out + &table(&titles, report.measured.iter().map(row))
 }
 
 fn name_and_size(measured: &Measured) -> Vec<String> {
@@ -187,15 +179,13 @@ fn name_and_size(measured: &Measured) -> Vec<String> {
 
 /// Errors or times on each hard problem.
 fn hard(report: &Report, title: &str, cell: &dyn Fn(&Measured, &PathInfo) -> String) -> String {
-    let mut out = String::new();
     let paths = present(report.hard(), |path| match path.group {
         Group::Doubles | Group::Peer | Group::Jacobi => true,
         Group::Librate(digits) => digits <= 25,
         Group::Mpmath(_) | Group::Flint(_) => false,
     });
     let row = |m: &Measured| cells(name_and_size(m), paths.iter().map(|path| cell(m, path)));
-    table(&mut out, &header(&[title, "n"], &paths), &report.hard().map(row).collect::<Vec<_>>());
-    out
+    table(&header(&[title, "n"], &paths), report.hard().map(row))
 }
 
 /// What those say that give up.
@@ -227,7 +217,6 @@ fn failures(report: &Report) -> String {
 
 /// What becomes of zero modes.
 fn zeros(report: &Report) -> String {
-    let mut out = String::new();
     let singular = || report.measured.iter().filter(|m| m.zeros > 0);
     let paths = present(singular(), |path| !matches!(path.group, Group::Librate(15..)));
     let row = |measured: &Measured| {
@@ -238,33 +227,26 @@ fn zeros(report: &Report) -> String {
         });
         cells(vec![measured.name.replace('_', " "), measured.zeros.to_string()], zeros)
     };
-    table(&mut out, &header(&["problem", "zeros"], &paths), &singular().map(row).collect::<Vec<_>>());
-    out
+    table(&header(&["problem", "zeros"], &paths), singular().map(row))
 }
 
 /// The families against n.
 fn sizes(report: &Report) -> String {
-    let mut out = String::new();
-    for (slug, title) in families() {
-        against_n(&mut out, report, slug, title);
-    }
-    out
+    families().into_iter().map(|family| against_n(report, family)).collect()
 }
 
 /// Time and error of all paths on a family, one column a size.
-pub(crate) fn against_n(out: &mut String, report: &Report, slug: &str, title: &str) {
+pub(crate) fn against_n(report: &Report, (slug, title): (&str, &str)) -> String {
     let paths = present(report.family(slug), |_| true);
     let titles = cells(vec![title.to_owned()], report.family(slug).map(|m| format!("n = {}", m.n)));
     let row = |path: &&PathInfo| {
         cells(vec![path.label.to_owned()], report.family(slug).map(|m| time_and_error_cell(report, m, path)))
     };
-    table(out, &titles, &paths.iter().map(row).collect::<Vec<_>>());
-    out.push('\n');
+    table(&titles, paths.iter().map(row)) + "\n"
 }
 
 /// librate beside the tools for many digits.
 fn many_digits(report: &Report) -> String {
-    let mut out = String::new();
     let many = |path: &PathInfo| match path.group {
         Group::Librate(digits) => digits >= 25,
         Group::Mpmath(_) | Group::Flint(_) => true,
@@ -273,13 +255,11 @@ fn many_digits(report: &Report) -> String {
     let some = || report.measured.iter().filter(|m| m.n <= MANY_DIGITS && m.n > 2);
     let paths = present(some(), many);
     let row = |m: &Measured| cells(name_and_size(m), paths.iter().map(|path| time_and_error_cell(report, m, path)));
-    table(&mut out, &header(&["problem", "n"], &paths), &some().map(row).collect::<Vec<_>>());
-    out
+    table(&header(&["problem", "n"], &paths), some().map(row))
 }
 
 /// How much larger than the errors the bounds are.
 fn bounds(report: &Report) -> String {
-    let mut out = String::new();
     let mut rows = Vec::new();
     for (label, digits) in librate_paths() {
         let all: Vec<_> = report.measured.iter().filter_map(|m| m.of(label)?.certified.as_ref()).collect();
@@ -307,8 +287,7 @@ fn bounds(report: &Report) -> String {
         "fewer digits covered",
         "bounds that do not hold",
     ];
-    table(&mut out, &titles.map(str::to_owned), &rows);
-    out
+    table(&titles.map(str::to_owned), rows)
 }
 
 /// Where something else is faster, said plainly.

@@ -35,11 +35,9 @@ pub(crate) fn text(own: &LargeReport, plan: &Plan) -> String {
          sparse form, as one would have them from a program written by hand.\n\n\
          ![Time and error against n](speed-and-error/large.svg)\n\n",
     );
-    described(&mut out, |path| path.label == DEFAULT || PEERS.contains(&path.label));
+    out += &described(|path| path.label == DEFAULT || PEERS.contains(&path.label));
     out.push('\n');
-    for (slug, title) in families() {
-        against_n(&mut out, report, slug, title);
-    }
+    out.extend(families().into_iter().map(|family| against_n(report, family)));
     let _ = writeln!(
         out,
         "Time by that of `{}`, and the largest relative error of a frequency in brackets; a mode that a peer has missed shows as an error of its \
@@ -53,11 +51,7 @@ pub(crate) fn text(own: &LargeReport, plan: &Plan) -> String {
          most that the process had, which begins at some megabytes.\n\n",
     );
     let titles = ["family", "n", "time", "exponent", "of it modes alone", "memory, MB", "exponent", "largest bound"];
-    table(
-        &mut out,
-        &titles.map(str::to_owned),
-        &LARGE.iter().filter_map(|family| row(own, family.slug)).collect::<Vec<_>>(),
-    );
+    out += &table(&titles.map(str::to_owned), LARGE.iter().filter_map(|family| row(own, family.slug)));
     let _ = write!(out, "\nOn {}; {}.", machine(), said("rustc", "--version").unwrap_or_default());
     if plan.largest_sparse < usize::MAX {
         let _ = write!(out, " A short run: models of up to {} coordinates alone.", plan.largest_sparse);
