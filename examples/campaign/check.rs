@@ -39,15 +39,16 @@ pub(crate) enum Wrong {
     Error,
 }
 
-pub(crate) const WRONGS: [Wrong; 8] = [
-    Wrong::Bound,
-    Wrong::Digit,
-    Wrong::Zeros,
-    Wrong::Kind,
-    Wrong::Shape,
-    Wrong::Equilibrium,
-    Wrong::Lost,
-    Wrong::Error,
+/// All of them, as columns of a table are called.
+pub(crate) const WRONGS: [(Wrong, &str); 8] = [
+    (Wrong::Bound, "bound!"),
+    (Wrong::Digit, "digit!"),
+    (Wrong::Zeros, "zeros!"),
+    (Wrong::Kind, "kind!"),
+    (Wrong::Shape, "shape!"),
+    (Wrong::Equilibrium, "place!"),
+    (Wrong::Lost, "lost!"),
+    (Wrong::Error, "error!"),
 ];
 
 /// What came of one model.

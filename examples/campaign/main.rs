@@ -181,7 +181,7 @@ fn row(name: &str, done: &[&Done]) -> Vec<String> {
         sum(&|t| t.numbers).to_string(),
     ];
     let count = |wrong: Wrong| sum(&|own| own.violations.iter().filter(|v| v.0 == wrong).count());
-    cells.extend(WRONGS.map(|wrong| count(wrong).to_string()));
+    cells.extend(WRONGS.map(|(wrong, _)| count(wrong).to_string()));
     let fewest = done.iter().filter_map(|done| Some((done.outcome.fewer.iter().min()?, done.index)));
     let fewer = sum(&|t| t.fewer.len());
     cells.push(match fewest.min() {
@@ -205,16 +205,7 @@ fn table(plan: &Plan, done: &[Done]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     let mut header = vec!["kind", "models", "n", "numbers"];
-    header.extend(WRONGS.map(|wrong| match wrong {
-        Wrong::Bound => "bound!",
-        Wrong::Digit => "digit!",
-        Wrong::Zeros => "zeros!",
-        Wrong::Kind => "kind!",
-        Wrong::Shape => "shape!",
-        Wrong::Equilibrium => "place!",
-        Wrong::Lost => "lost!",
-        Wrong::Error => "error!",
-    }));
+    header.extend(WRONGS.map(|(_, title)| title));
     header.extend([
         "fewer digits",
         "undecided",
