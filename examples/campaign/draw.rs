@@ -191,8 +191,7 @@ impl Number {
 }
 
 pub(crate) fn power_of_ten(exponent: i64) -> RBig {
-    let size = (0..exponent.abs()).fold(RBig::ONE, |p, _| p * RBig::from(10));
-    if exponent < 0 { RBig::ONE / size } else { size }
+    RBig::from(10).pow(exponent as isize)
 }
 
 /// All pairs, the second fastest.

@@ -192,8 +192,7 @@ impl Case {
 fn rationals(a: &[Big], n: usize) -> Vec<Vec<RBig>> {
     let entry = |i: usize, j: usize| {
         let (significand, exponent) = a[i.max(j) + n * i.min(j)].mid();
-        let power = RBig::from(2).pow(exponent.unsigned_abs() as isize);
-        if exponent < 0 { RBig::from(significand.clone()) / power } else { RBig::from(significand.clone()) * power }
+        RBig::from(significand.clone()) * RBig::from(2).pow(exponent as isize)
     };
     (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }

@@ -124,9 +124,7 @@ pub(super) fn steady(draw: &mut Draw) -> Model {
     let (m, r, w) = (&mass.value, &radius.value, &rate.value);
     let square = m * w * w;
     // The force balances: k r^(p-1) = m w² r.
-    let steps = 2 - power;
-    let spring = (0..steps.abs()).fold(square.clone(), |k, _| if steps > 0 { k * r } else { k / r });
-    let spring = Number::exactly(spring);
+    let spring = Number::exactly(&square * r.pow(2 - power as isize));
     let text = format!(
         "param m = {m}  param k = {k}
 coord r, theta, phi
