@@ -8,7 +8,7 @@ use std::path::Path;
 
 use common::{load, model, model_files};
 use librate::linearize::linearize;
-use librate::modes::Options;
+use librate::modes::{Kind, Options, Stability};
 use librate::number::Number;
 use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::{Ball, Big, Scalar};
@@ -164,6 +164,23 @@ fn classes_under_constraints() {
     assert_eq!(classes(&format!("{springs} + (x[1] + 1)^3"), circles, ""), ["", "", ""]);
     let bent = "(x[i] - a[i])^2 + y[i]^2 + i*(y[i] + 1)^3 = 1";
     assert_eq!(classes(springs, bent, ""), ["", "", ""]);
+}
+
+/// Where a mirror holds a coordinate at 0 it is 0 exactly, also beside others that are searched for: it is not coupled to them.
+#[test]
+fn coordinates_that_no_force_moves_from_zero_are_zero() {
+    let text = "param b = 200  coord r, th  T = 1/2*(r'^2 + r^2*th'^2)  dissipation = 0.1*r'^2
+        V = 20*(r - 1/2)^2 + 1/4*b*(r - 1/2)^4 - 9.81*r*cos(th)  guess r = 0.6  guess th = 0.1";
+    let linearized = linearize(model(text)).unwrap();
+    let [r, th] = linearized.equilibrium().values[..] else { panic!("two coordinates") };
+    assert!(th.is_exact() && th.is_zero() && linearized.equilibrium().proved);
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    assert_eq!(modes.stability, Stability::Stable);
+    let [swing, bounce] = &modes.modes[..] else { panic!("two modes") };
+    // omega² = g/r.
+    assert_eq!((swing.kind, bounce.kind), (Kind::Oscillation, Kind::Damped));
+    let off = swing.omega.mid_f64() - (9.81 / r.mid_f64()).sqrt();
+    assert!(off.abs() < 1e-15 && swing.vector[0] == 0.0, "{off}");
 }
 
 /// Forces that no energy gives have as many digits as others, also where there are no velocities.

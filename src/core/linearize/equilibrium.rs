@@ -249,7 +249,7 @@ pub(super) fn find(whole: &Search<'_>) -> Result<Equilibrium, LinearizeError> {
         start.origins[*i] = Origin::Found;
         point[*i] = Ball::exact(point[*i].mid_f64());
     }
-    let (steps, proof) = search.search(&mut point)?;
+    let (steps, proof) = search.search_with_zeros(&mut point)?;
     search.verify_given(&point, proof.as_ref())?;
     let mut proved = proof.is_some() || search.vanishes_exactly(&point);
     if !proved && let Some(simple) = search.simple_place(&point) {
@@ -312,6 +312,41 @@ impl Search<'_> {
             point = proof.refine(point, bits, |at: &[Big]| self.assembly.gradient(at, &values))?;
         }
         Some((point, values))
+    }
+
+    /// [`Search::search`], but for coordinates that are 0 there exactly, since no force moves them from 0 wherever the others are: these
+    /// are searched for no more.
+    pub(super) fn search_with_zeros(&mut self, at: &mut Vec<Ball>) -> Result<(usize, Option<Proof>), LinearizeError> {
+        let (steps, proof) = self.search(at)?;
+        let may_be_zero = |i: &usize| *i < self.visible && at[*i].contains_zero();
+        let mut zeros: Vec<usize> = self.free.iter().copied().filter(may_be_zero).collect();
+        let mut trial = at.clone();
+        // Without any rounding, so wherever the others are in their bounds.
+        let mut tried = 0;
+        while zeros.len() != tried {
+            tried = zeros.len();
+            trial.clone_from(at);
+            zeros.iter().for_each(|i| trial[*i] = Ball::ZERO);
+            let force = self.gradient(&trial);
+            zeros.retain(|i| force[*i].is_zero());
+        }
+        if zeros.is_empty() || proof.is_none() {
+            return Ok((steps, proof));
+        }
+        let mut held = Search { free: self.free.clone(), ..*self };
+        held.free.retain(|i| zeros.binary_search(i).is_err());
+        held.free.iter().for_each(|i| trial[*i] = Ball::exact(at[*i].mid_f64()));
+        let metric = held.metric(&trial);
+        let again = if held.free.is_empty() { Outcome::Rests(0, None) } else { held.run(&mut trial, &metric)? };
+        if let Outcome::Rests(_, own) = again
+            && (own.is_some() || held.vanishes_exactly(&trial))
+            && self.gradient(&trial).iter().enumerate().all(|(i, force)| !zeros.contains(&i) || force.is_zero())
+        {
+            self.free = held.free;
+            *at = trial;
+            return Ok((steps, own));
+        }
+        Ok((steps, proof))
     }
 
     /// Searches from `at`; gives the number of steps, and a proof if there is one.

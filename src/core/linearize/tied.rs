@@ -74,7 +74,7 @@ impl Search<'_> {
         }
         self.guess_multipliers(&mut point);
         let start = self.gradient(&point);
-        let (steps, proof) = self.search(&mut point)?;
+        let (steps, proof) = self.search_with_zeros(&mut point)?;
         for i in 0..visible {
             if origins[i] == Origin::Given && !(point[i] - given[i]).contains_zero() {
                 return Err(self.acts(i, short(-start[i].mid_f64())));
