@@ -95,6 +95,21 @@ fn symmetric_beads_on_a_ring_of_wire() {
 }
 
 #[test]
+fn steady_motions_under_constraints() {
+    // A pendulum on the axle of a disc that rolls: cyclic are the coordinates that the energies do not depend on.
+    let text = "param m, M, R, l, g, v  coord x, phi, th
+        T = 1/2*M*x'^2 + 1/4*M*R^2*phi'^2 + 1/2*m*((x' + l*th'*cos(th))^2 + (l*th'*sin(th))^2)
+        V = -m*g*l*cos(th)  constraint x = R*phi  equilibrium x' = v  equilibrium phi' = v/R";
+    let derivation = derive(&model(text), &Parts::all()).unwrap();
+    assert_derives!(
+        &derivation,
+        mass = "[[m + M, 0, l*m], [0, 1/2*M*R^2, 0], [l*m, 0, l^2*m]]",
+        stiffness = "[[0, 0, 0], [0, 0, 0], [0, 0, g*l*m]]",
+        frequencies = ["0", "g/l + 2*g*m/(3*M*l)"]
+    );
+}
+
+#[test]
 fn a_constraint_that_follows_from_others_has_no_multiplier() {
     let text = "param k = 1  param l = 1  coord x, y
         T = 1/2*(x'^2 + y'^2)

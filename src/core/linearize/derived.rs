@@ -140,7 +140,10 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let order = model.coordinates.len();
     model.pool.budget().room(order.saturating_mul(order), ENTRY)?;
     velocity::check_smooth(&model)?;
+    // A coordinate is cyclic by the energies, whatever constraints tie it to.
+    let tied = model.potential.split_off(model.potential.len() - names.len());
     steady::put_rates_in(&mut model)?;
+    model.potential.extend(tied);
     check_terms(&model)?;
     let mut assembly = assemble::assemble(&mut model);
     let guessed = model.guesses.any();
