@@ -71,10 +71,9 @@ pub(super) struct Checker<'a> {
     complete: bool,
     /// How often values had to be drawn.
     draws: usize,
-    linearized: OnceCell<Option<Linearized>>,
-    modes: OnceCell<Option<NormalModes>>,
-    /// The model at drawn values, where some parameters have none.
+    /// The model in numbers.
     sample: OnceCell<Option<Linearized>>,
+    modes: OnceCell<Option<NormalModes>>,
 }
 
 impl<'a> Checker<'a> {
@@ -96,8 +95,7 @@ impl<'a> Checker<'a> {
             complete &= value.is_some();
             values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i, draws), ())));
         }
-        let (linearized, modes, sample) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { model, values, complete, draws, linearized, modes, sample }
+        Self { model, values, complete, draws, sample: OnceCell::new(), modes: OnceCell::new() }
     }
 
     /// Whether the values are as the model assumes.
@@ -115,21 +113,15 @@ impl<'a> Checker<'a> {
 
     /// The model in numbers, where all parameters have values.
     pub(super) fn linearized(&self) -> Option<&Linearized> {
-        let made = self.linearized.get_or_init(|| {
-            let wanted = self.complete && !self.model.coordinates.is_empty();
-            let wanted = wanted && linearize::check_size(self.model.coordinates.len()).is_ok();
-            wanted.then(|| linearize::linearize(self.model.clone()).ok()).flatten()
-        });
-        made.as_ref()
+        if self.complete { self.sample() } else { None }
     }
 
     /// The same with values drawn for those that have none.
     fn sample(&self) -> Option<&Linearized> {
-        if self.complete {
-            return self.linearized();
-        }
         let made = self.sample.get_or_init(|| {
-            let mut model = self.model.clone();
+            let count = self.model.coordinates.len();
+            let wanted = !self.complete || count > 0 && linearize::check_size(count).is_ok();
+            let mut model = wanted.then(|| self.model.clone())?;
             for (i, parameter) in model.parameters.iter_mut().enumerate() {
                 parameter.value.get_or_insert_with(|| model.pool.number(drawn(i, self.draws)));
             }
