@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::blocks::{adapted, commuting_mirrors, is_free, waves};
 use super::check::Checker;
-use super::frequencies::{Block, Case, Series};
+use super::frequencies::{Block, Case, Frequency, Series};
 use super::lattice::{Angles, Dimension, Ends, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, roots};
@@ -21,12 +21,10 @@ const MOST_SYMBOLS: u64 = 160;
 /// What is found on the way, before it is checked.
 #[derive(Default)]
 pub(super) struct Found {
-    /// By omega^2: multiplicity and class, where all have the same.
-    pub(super) frequencies: BTreeMap<ExprId, (usize, Option<String>)>,
+    /// By omega^2.
+    pub(super) frequencies: BTreeMap<ExprId, Frequency>,
     /// Series, blocks, cubics and quartics, and what is solved on request only.
     pub(super) case: Case,
-    /// How many frequencies there are.
-    pub(super) count: usize,
     /// The modes of small parts.
     pub(super) shapes: Vec<Shape>,
     /// Chains, rings and nets, with the coordinates of the model.
@@ -37,13 +35,8 @@ pub(super) struct Found {
 
 impl Found {
     fn add(&mut self, omega_squared: ExprId, multiplicity: usize, symmetry: Option<String>) {
-        let place = self.frequencies.entry(omega_squared);
-        let (count, class) = place.or_insert_with(|| (0, symmetry.clone()));
-        *count += multiplicity;
-        if *class != symmetry {
-            *class = None;
-        }
-        self.count += multiplicity;
+        let new = Frequency { omega_squared, multiplicity, symmetry };
+        self.frequencies.entry(omega_squared).and_modify(|own| own.join(&new)).or_insert(new);
     }
 
     /// Counts frequencies of other blocks in those that are not solved, too.
@@ -76,8 +69,6 @@ pub(super) fn closed_forms(
         } else if let Some(mut lattice) = lattice(pool, &own) {
             let symmetry = symmetry.filter(|_| named && parts.len() == 1);
             add_lattice(pool, &lattice, symmetry, request.model, found);
-            // Two of a chain or ring are not only numbered, their modes can be written down.
-            found.shapes.extend(small_part(pool, &own, part, request));
             lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
             found.lattices.push(lattice);
         } else {
@@ -138,7 +129,7 @@ fn units(coordinates: &[usize]) -> Vec<Sparse> {
     coordinates.iter().map(|i| vec![(*i, 1)]).collect()
 }
 
-/// The modes of a part whose frequencies are known otherwise.
+/// The modes of a part of one or two coordinates whose frequencies are known otherwise.
 fn small_part(pool: &mut Algebra<'_>, own: &Pair, part: &[usize], request: Request<'_>) -> Vec<Shape> {
     if part.len() > 2 {
         return Vec::new();

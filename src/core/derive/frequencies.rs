@@ -287,21 +287,17 @@ fn case(
         closed_forms(pool, pair, symmetry, request, &mut found);
         found.count_copies(pool, checker);
     }
-    let frequencies: Vec<Frequency> = std::mem::take(&mut found.frequencies)
-        .into_iter()
-        .map(|(omega_squared, (multiplicity, symmetry))| Frequency { omega_squared, multiplicity, symmetry })
-        .collect();
-    let case = Case {
+    let mut case = Case {
         ties: ties.sets(request.model),
         symmetry: symmetry.energies.as_ref().map(|symmetry| Exchange {
             generators: symmetry.generators.clone(),
             kind: symmetry.kind.clone(),
             ties: Vec::new(),
         }),
-        complete: found.count == pair.len(),
-        frequencies,
+        frequencies: std::mem::take(&mut found.frequencies).into_values().collect(),
         ..std::mem::take(&mut found.case)
     };
+    case.complete = case.known() == pair.len();
     (case, found)
 }
 
