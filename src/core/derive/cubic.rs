@@ -104,17 +104,17 @@ impl Names<'_> {
 /// the formulas would be too long; else with the symbols that they and their names take.
 pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], before: usize) -> Option<(u64, Solved)> {
     let letter = model.unused_name(&["n", "j", "r", "u"]);
-    let mut written = Names { model: None, suffix: String::new(), coefficients: false, given: Vec::new() };
     let q = if let [a, b, c, _] = sums { Some(middle(pool, *a, *b, *c)) } else { None };
     let biquadratic = q.is_some_and(|q| pool.vanishes(q));
-    let found = zeros(pool, &mut written, sums, biquadratic, &letter);
-    let all: Vec<ExprId> = found.all.iter().map(|terms| pool.sum(terms)).collect();
     let mut best: Option<(u64, Solved)> = None;
+    // As they stand among the frequencies.
+    let mut written: Option<Vec<ExprId>> = None;
     // Without names, with names for p and q alone, and for the coefficients too.
     for (model, coefficients) in [(None, false), (Some(model), false), (Some(model), true)] {
         let suffix = if before == 0 { String::new() } else { (before + 1).to_string() };
         let mut names = Names { model, suffix, coefficients, given: Vec::new() };
         let found = zeros(pool, &mut names, sums, biquadratic, &letter);
+        let written = written.get_or_insert_with(|| found.all.iter().map(|terms| pool.sum(terms)).collect());
         let numbers = found.family.as_ref().map(|_| (letter.clone(), vec![0, 1, 2]));
         let shown = found.family.map_or(found.all, |family| vec![family]);
         let formulas: Vec<SolvedFormula> = shown
@@ -128,7 +128,7 @@ pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], befo
             let abbreviations = names.given.into_iter();
             let abbreviations =
                 abbreviations.map(|(name, value)| Abbreviation { names: vec![name], value, modes: None });
-            let solved = Solved { formulas, abbreviations: abbreviations.collect(), frequencies: all.clone() };
+            let solved = Solved { formulas, abbreviations: abbreviations.collect(), frequencies: written.clone() };
             best = Some((weight, solved));
         }
     }
