@@ -245,9 +245,6 @@ fn reduced(model: &Model, is_pivot: &dyn Fn(&Pool, ExprId) -> bool) -> Option<(P
 /// `None` where the equations contain the other coordinates, or rates that are given break the conditions at the start.
 #[must_use]
 pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
-    if model.rolling.is_empty() {
-        return None;
-    }
     let model = linearize::integrated(model);
     let model = model.assumed();
     if model.rolling.is_empty() || !model.constraints.is_empty() {
