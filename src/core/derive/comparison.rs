@@ -88,10 +88,8 @@ fn expression(pool: &mut Algebra<'_>, ring: &Ring, side: &Polynomial) -> ExprId 
     let common = side.common_powers();
     let rest = side.without(&common);
     let factors = rest.factored();
-    let one = Polynomial::constant(side.variables(), Number::ONE);
-    let each = factors.iter().flat_map(|(own, times)| std::iter::repeat_n(own, *times));
-    let all = each.fold(one, |product, own| product.times(own));
-    let Some(number) = rest.over(&all) else { return plain };
+    let mut each = factors.iter().flat_map(|(own, times)| std::iter::repeat_n(own, *times));
+    let Some(number) = each.try_fold(rest, |rest, own| rest.over(own)) else { return plain };
     let mut powers = vec![(ring.expression(pool, &number.times(&Polynomial::monomial(common))), Number::ONE)];
     powers.extend(factors.iter().map(|(own, times)| (ring.expression(pool, own), Number::from(*times as i64))));
     let product = pool.product_of_powers(&powers);

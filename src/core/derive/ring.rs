@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, power_of, times, written};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, collapsed, expand, power_of, times, written};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::order::Order;
@@ -36,13 +36,8 @@ impl Expanded {
     pub(super) fn new(pool: &mut Pool, expressions: &[ExprId]) -> Option<Self> {
         let mut all = Vec::new();
         for e in expressions {
-            if pool.vanishes(*e) {
-                all.push(Monomials::new());
-                continue;
-            }
-            let mut monomials = expand(pool, *e, Opening::Powers)?;
-            collapse(pool, &mut monomials);
-            all.push(monomials);
+            let vanishes = pool.vanishes(*e);
+            all.push(if vanishes { Monomials::new() } else { collapsed(pool, *e, Opening::Powers)? });
         }
         let mut own = Self { all, by: Monomial::new() };
         while let Some((base, power)) = own.below() {

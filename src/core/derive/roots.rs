@@ -6,13 +6,12 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
 use super::simplify::{
-    Algebra, Monomial, Monomials, Opening, expand, power_of, split, times, with_common_factor, written,
+    Algebra, Monomial, Monomials, Opening, collapsed, expand, power_of, split, times, with_common_factor, written,
 };
 use crate::expr::{ExprId, Node, Pool};
 use crate::model::Model;
@@ -366,8 +365,7 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
         return (pool.zero(), true);
     }
     let plain = pool.sqrt(e);
-    let Some(mut monomials) = expand(pool, e, Opening::Powers) else { return (plain, false) };
-    collapse(pool, &mut monomials);
+    let Some(monomials) = collapsed(pool, e, Opening::Powers) else { return (plain, false) };
     let Some((_, size)) = leading(&monomials) else { return (plain, false) };
     let inverse = if size.is_negative() { None } else { size.recip() };
     let scaled =

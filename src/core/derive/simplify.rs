@@ -133,7 +133,7 @@ impl<'a> Algebra<'a> {
             if is_flat && !wanted {
                 continue;
             }
-            let terms = if is_flat { before.clone() } else { self.opened(best, opening) };
+            let terms = if is_flat { before.clone() } else { collapsed(self.pool, best, opening).map(Vec::from_iter) };
             let Some(terms) = terms else { continue };
             let is_open = |(base, exponent): &(ExprId, Number)| opens(exponent) && self.pool.is_sum(*base);
             is_flat = !terms.iter().any(|(monomial, _)| monomial.iter().any(is_open));
@@ -155,13 +155,6 @@ impl<'a> Algebra<'a> {
             }
         }
         self.over_powers(best)
-    }
-
-    /// The terms of an expression with sums multiplied out and functions put together; `None` where there get too many.
-    fn opened(&mut self, e: ExprId, opening: Opening) -> Option<Vec<(Monomial, Number)>> {
-        let mut monomials = expand(self.pool, e, opening)?;
-        collapse(self.pool, &mut monomials);
-        Some(monomials.into_iter().collect())
     }
 
     /// A sum with common factors in front.
@@ -206,8 +199,7 @@ impl<'a> Algebra<'a> {
     /// The shortest form, multiplied out before that where powers of one sum are put together then.
     pub(super) fn short_over_powers(&mut self, e: ExprId) -> ExprId {
         let short = self.simplify(e);
-        let Some(mut monomials) = expand(self.pool, short, Opening::Outermost) else { return short };
-        collapse(self.pool, &mut monomials);
+        let Some(monomials) = collapsed(self.pool, short, Opening::Outermost) else { return short };
         let flat = written(self.pool, monomials);
         let together = self.over_powers(flat);
         let together = self.simplify(together);
@@ -243,8 +235,7 @@ impl<'a> Algebra<'a> {
         let (with, without): (Vec<_>, Vec<_>) = all.into_iter().partition(|(term, _)| has(*term));
         let terms = with.into_iter().map(|(term, own)| ([(term, Number::ONE), (base, inverse.clone())], own));
         let above = written(self.pool, terms);
-        let Some(mut monomials) = expand(self.pool, above, Opening::Powers) else { return e };
-        collapse(self.pool, &mut monomials);
+        let Some(monomials) = collapsed(self.pool, above, Opening::Powers) else { return e };
         let above = factor(self.pool, monomials.into_iter().collect(), 0);
         let whole = self.pool.product_of_powers(&[(above, Number::ONE), (base, exponent)]);
         let rest = self.pool.linear(&without);
@@ -436,6 +427,13 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
             return None;
         }
     }
+    Some(monomials)
+}
+
+/// The same with functions put together.
+pub(super) fn collapsed(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
+    let mut monomials = expand(pool, e, opening)?;
+    collapse(pool, &mut monomials);
     Some(monomials)
 }
 
