@@ -141,11 +141,8 @@ fn path(pair: &Pair) -> Option<Vec<usize>> {
     (order.len() == n).then_some(order)
 }
 
-/// The ends with which a dimension of T, among indices `stride` apart, commutes with M and K.
+/// The ends with which a dimension of T, of two places at least, among indices `stride` apart, commutes with M and K.
 fn ends(pool: &mut Pool, pair: &Pair, size: usize, stride: usize) -> Option<Ends> {
-    if size < 2 {
-        return None;
-    }
     let corners = CORNERS.map(|(left, right)| Ends::Corners(left, right));
     (size > 2).then_some(Ends::Joined).into_iter().chain(corners).find(|ends| {
         let dimension = Dimension { ends: *ends, size };

@@ -60,20 +60,6 @@ pub struct WaveSum {
     pub numbers: Vec<(String, i64, i64)>,
 }
 
-/// Where a letter for a number stands in expressions.
-struct Letter {
-    name: String,
-    symbol: Symbol,
-    value: ExprId,
-}
-
-impl Letter {
-    fn new(pool: &mut Pool, name: String) -> Self {
-        let symbol = pool.symbol(&name);
-        Self { value: pool.symbol_expr(symbol), name, symbol }
-    }
-}
-
 /// The normal coordinates of a model that is made of lattices with the frequencies of a case, if they hold against certified numbers.
 pub(super) fn normal_waves(
     pool: &mut Pool,
@@ -122,27 +108,28 @@ fn waves_of(
         return None;
     }
     let letters = [["n", "l", "r"], ["m", "p", "t"]];
-    let letter = |pool: &mut Pool, names: &[&str]| Letter::new(pool, checker.model.unused_name(names));
-    let places: Vec<Letter> = match dimensions.as_slice() {
-        [_] => vec![letter(pool, &letters[0])],
+    let letter = |names: &[&str; 3]| checker.model.unused_name(names);
+    let names: Vec<String> = match dimensions.as_slice() {
+        [_] => vec![letter(&letters[0])],
         // The last index is the fastest.
-        [_, _] => letters.iter().rev().map(|own| letter(pool, own)).collect(),
+        [_, _] => letters.iter().rev().map(letter).collect(),
         _ => return None,
     };
-    let numbers: Vec<Letter> = series.numbers.iter().map(|(name, _)| Letter::new(pool, name.clone())).collect();
+    let places: Vec<Symbol> = names.iter().map(|name| pool.symbol(name)).collect();
+    let numbers: Vec<Symbol> = series.numbers.iter().map(|(name, _)| pool.symbol(name)).collect();
     let mut shape = Vec::new();
     let mut angles = Vec::new();
     let mut inverse = Number::ONE;
     for ((dimension, own), (place, number)) in dimensions.iter().zip(&series.numbers).zip(places.iter().zip(&numbers)) {
-        let half = own.1.general(pool, number.value);
+        let [place, number] = [place, number].map(|own| pool.symbol_expr(*own));
+        let half = own.1.general(pool, number);
         angles.push(half);
-        shape.push(dimension.component(pool, place.value, half));
+        shape.push(dimension.component(pool, place, half));
         inverse = inverse.mul(&dimension.inverse_of_squares());
     }
     let mass = lattice.at(pool, lattice.mass, &angles);
     let shape = pool.product(&shape);
-    let letters: Vec<Symbol> = numbers.iter().map(|own| own.symbol).collect();
-    let depends = pool.symbols(mass).iter().any(|s| letters.contains(s));
+    let depends = pool.symbols(mass).iter().any(|s| numbers.contains(s));
     let (factor_squared, shape) = if depends {
         let weight = pool.powr(mass, &Number::half().neg());
         (pool.number(inverse), pool.mul(shape, weight))
@@ -157,14 +144,14 @@ fn waves_of(
     // The mode of theta = 0 or pi stands apart.
     if let [dimension] = dimensions.as_slice()
         && exceptional(dimension.ends)
-        && let [(_, angles)] = series.numbers.as_slice()
-        && let [number] = numbers.as_slice()
+        && let [(number, angles)] = series.numbers.as_slice()
         && let [place] = places.as_slice()
     {
         let first = dimension.ends == Ends::Corners(1, 1);
         let at = if first { angles.first } else { angles.last };
         let half = angles.angle(pool, at);
-        let shape = dimension.component(pool, place.value, half);
+        let place = pool.symbol_expr(*place);
+        let shape = dimension.component(pool, place, half);
         let mass = lattice.at(pool, lattice.mass, &[half]);
         let own = pool.div(pool.one(), mass);
         let count = i64::try_from(dimension.size).ok()?;
@@ -173,7 +160,7 @@ fn waves_of(
             factor: pool.sqrt(square),
             factor_squared: square,
             shape,
-            numbers: vec![(number.name.clone(), at, at)],
+            numbers: vec![(number.clone(), at, at)],
         };
         let others = sums.first_mut()?.numbers.first_mut()?;
         if first {
@@ -187,13 +174,12 @@ fn waves_of(
     let size = |own: &Dimension| i64::try_from(own.size).unwrap_or(0);
     let waves = NormalWaves {
         order: lattice.order.clone(),
-        places: places.iter().zip(dimensions).map(|(letter, own)| (letter.name.clone(), size(own))).collect(),
+        places: names.into_iter().zip(dimensions.iter().map(size)).collect(),
         sums,
         normal: normal.clone(),
         omega: omega.clone(),
     };
-    let at: Vec<Symbol> = places.iter().map(|own| own.symbol).collect();
-    waves.holds(pool, checker, pair, series.omega_squared, &at, &letters).then_some(waves)
+    waves.holds(pool, checker, pair, series.omega_squared, &places, &numbers).then_some(waves)
 }
 
 impl NormalWaves {
