@@ -46,12 +46,11 @@ struct Candidate {
 
 struct Named {
     symbol: ExprId,
-    name: String,
+    /// The name of the distance of two points, which tells what it is; others get theirs in the end.
+    distance: Option<String>,
     value: ExprId,
     /// How it is written where that is shorter than the value.
     text: Option<String>,
-    /// Whether the name tells what it is: the distance of two points.
-    is_distance: bool,
 }
 
 impl Derivation {
@@ -342,41 +341,27 @@ impl Letters {
     }
 
     fn name(&mut self, pool: &mut Pool, candidate: Candidate) -> Named {
-        let mut text = None;
-        let mut is_distance = false;
-        let mut name = String::new();
-        if candidate.root
-            && let Some(Points { family, from, to }) = self.points(pool, candidate.id)
-        {
-            text = Some(format!("norm({family}[{to}] - {family}[{from}])"));
-            if from.len() + to.len() == 2 {
-                name = format!("{}{from}{to}", self.distance);
-                is_distance = true;
-            }
-        }
-        if name.is_empty() || !self.taken.insert(name.clone()) {
-            name = self.next();
-            is_distance = false;
-        }
-        let symbol = pool.fresh_symbol(&name);
+        let points = if candidate.root { self.points(pool, candidate.id) } else { None };
+        let text =
+            points.as_ref().map(|Points { family, from, to }| format!("norm({family}[{to}] - {family}[{from}])"));
+        let short = points.filter(|own| own.from.len() + own.to.len() == 2);
+        let distance = short.map(|Points { from, to, .. }| format!("{}{from}{to}", self.distance));
+        let distance = distance.filter(|name| self.taken.insert(name.clone()));
+        let symbol = pool.fresh_symbol(distance.as_ref().unwrap_or(&self.other));
         let symbol = pool.symbol_expr(symbol);
         let value = if candidate.root { pool.sqrt(candidate.id) } else { candidate.id };
-        Named { symbol, name, value, text, is_distance }
+        Named { symbol, distance, value, text }
     }
 
     /// The definitions, with numbers in the order in which they stand, and what is renamed for it.
     fn numbered(&mut self, pool: &mut Pool, named: Vec<Named>) -> (Vec<Definition>, Substitution) {
-        for own in named.iter().filter(|own| !own.is_distance) {
-            self.taken.remove(&own.name);
-        }
-        self.count = 0;
         let mut renamed = Substitution::new();
         let mut definitions = Vec::new();
         for own in named {
             let Some(old) = pool.as_symbol(own.symbol) else { continue };
             let value = pool.substitute_one(own.value, &renamed);
-            let (name, symbol) = if own.is_distance {
-                (own.name, old)
+            let (name, symbol) = if let Some(name) = own.distance {
+                (name, old)
             } else {
                 let name = self.next();
                 let symbol = pool.fresh_symbol(&name);
@@ -400,10 +385,10 @@ impl Letters {
     }
 
     /// The two points of a family whose distance is the root of a sum of squares.
-    fn points(&self, pool: &Pool, e: ExprId) -> Option<Points> {
+    fn points(&self, pool: &Pool, e: ExprId) -> Option<Points<'_>> {
         let Node::Sum { constant, terms } = pool.node(e) else { return None };
-        let mut axes: BTreeSet<String> = BTreeSet::new();
-        let mut points: Option<Points> = None;
+        let mut axes: BTreeSet<&str> = BTreeSet::new();
+        let mut points: Option<Points<'_>> = None;
         for (term, coefficient) in terms {
             let Node::Product(factors) = pool.node(*term) else { return None };
             let [(base, exponent)] = &**factors else { return None };
@@ -415,12 +400,11 @@ impl Letters {
             }
             let (from, to) = (self.component(pool, *a)?, self.component(pool, *b)?);
             let alike = from.family == to.family && from.axis == to.axis;
-            let axis = from.axis;
             let own = Points { family: from.family, from: from.point, to: to.point };
             if !alike || points.as_ref().is_some_and(|p| *p != own) {
                 return None;
             }
-            axes.insert(axis);
+            axes.insert(from.axis);
             points = Some(own);
         }
         let points = points.filter(|_| constant.is_zero())?;
@@ -429,30 +413,27 @@ impl Letters {
         (all == axes.len()).then_some(points)
     }
 
-    fn component(&self, pool: &Pool, e: ExprId) -> Option<Component> {
+    fn component(&self, pool: &Pool, e: ExprId) -> Option<Component<'_>> {
         let name = pool.symbol_name(pool.as_symbol(e)?);
-        if !self.names.coordinates.iter().any(|own| *own == name) {
-            return None;
-        }
-        let (family, indices) = name.strip_suffix(']')?.split_once('[')?;
+        let own = self.names.coordinates.iter().find(|own| **own == name)?;
+        let (family, indices) = own.strip_suffix(']')?.split_once('[')?;
         let (point, axis) = indices.rsplit_once(',')?;
-        let own = |text: &str| text.to_owned();
-        Some(Component { family: own(family), point: own(point), axis: own(axis) })
+        Some(Component { family, point, axis })
     }
 }
 
 /// A coordinate `r[2,1]`.
-struct Component {
-    family: String,
-    point: String,
-    axis: String,
+struct Component<'a> {
+    family: &'a str,
+    point: &'a str,
+    axis: &'a str,
 }
 
 #[derive(PartialEq, Eq)]
-struct Points {
-    family: String,
-    from: String,
-    to: String,
+struct Points<'a> {
+    family: &'a str,
+    from: &'a str,
+    to: &'a str,
 }
 
 /// What has names, each after those that it needs.
@@ -469,9 +450,8 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
     let weights: Vec<u64> = named.iter().map(|own| weights.of(pool, own.value)).collect();
     // Distances first, by their names; then the shorter ones, so that sums of masses grow term by term.
     let rank = |at: &usize| {
-        let own = &named[*at];
-        let name = own.is_distance.then_some(own.name.as_str());
-        (!own.is_distance, name, weights[*at], *at)
+        let name = named[*at].distance.as_deref();
+        (name.is_none(), name, weights[*at], *at)
     };
     while let Some(at) =
         (0..named.len()).filter(|at| !done[*at] && needs[*at].iter().all(|need| done[*need])).min_by_key(rank)
