@@ -72,17 +72,13 @@ impl Number {
         Number(Repr::Small(1, UNIT.saturating_add(1)))
     }
 
-    /// A reduced fraction of small parts; `numerator` and `denominator` are coprime already.
+    /// A reduced fraction of small parts; `numerator` and `denominator` are coprime already, and the second is not 0.
     fn reduced(numerator: i128, denominator: u128) -> Number {
         if numerator.unsigned_abs() <= LIMIT
             && denominator <= LIMIT
             && let Some(denominator) = NonZeroU64::new(denominator as u64)
         {
             return Number(Repr::Small(numerator as i64, denominator));
-        }
-        if denominator == 0 {
-            // Callers never ask for it; 0 keeps the type's promise instead of a panic.
-            return Number::ZERO;
         }
         Number(Repr::Big(Box::new(RBig::from_parts(IBig::from(numerator), UBig::from(denominator)))))
     }
@@ -94,7 +90,6 @@ impl Number {
             && let Ok(numerator) = i64::try_from(value.numerator())
             && let Ok(denominator) = u64::try_from(value.denominator())
             && let Some(denominator) = NonZeroU64::new(denominator)
-            && numerator != i64::MIN
         {
             return Number(Repr::Small(numerator, denominator));
         }

@@ -84,24 +84,16 @@ impl Pool {
             let mut factors = factors.to_vec();
             for (base, exponent) in &mut factors {
                 if !self.is_nonnegative_power(*base, exponent) {
-                    *base = self.absolute_of_core(*base);
+                    *base = self.absolute(*base);
                 }
             }
             return self.product_of_powers(&factors);
         }
+        // A multiple of something else, as c*x*y; one step, multiples do not nest.
         let (factor, core) = self.split_content(x);
-        let value = self.absolute_of_core(core);
-        self.scale(value, &factor.abs())
-    }
-
-    /// The absolute value of what is neither a product nor a multiple of something else.
-    fn absolute_of_core(&mut self, core: ExprId) -> ExprId {
-        if self.is_nonnegative(core) {
-            return core;
-        }
-        if let Node::Product(_) = self.node(core) {
-            // c*x*y: the product under a coefficient; one step, products do not nest.
-            return self.absolute(core);
+        if core != x {
+            let value = self.absolute(core);
+            return self.scale(value, &factor.abs());
         }
         if self.flags(core).nonpositive { self.neg(core) } else { self.intern(Node::Function(Function::Abs, core)) }
     }

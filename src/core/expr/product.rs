@@ -534,8 +534,6 @@ fn multiply_number(
 fn multiply_whole_power(value: &Number, exponent: &Number, coefficient: &mut Number) -> Result<(), NoValue> {
     let power = if exponent.is_one() {
         value.clone()
-    } else if value.is_one() {
-        return Ok(());
     } else if value.is_zero() && !exponent.is_negative() {
         Number::ZERO
     } else if value.abs().is_one() {
