@@ -47,9 +47,7 @@ struct Joined {
     /// Whether it stands above the fraction bar.
     above: bool,
     /// What stands below the root then.
-    coefficient: Number,
-    factors: Factors,
-    negated: Option<ExprId>,
+    inner: Piece,
 }
 
 /// Bases with their exponents.
@@ -153,10 +151,8 @@ impl Pool {
     }
 
     fn write_sum(&self, (id, by): (ExprId, &Number), negated: bool, place: Place, out: &mut Vec<Piece>) {
-        let Node::Sum { constant, terms } = self.node(id) else {
-            out.push(Piece::Expression(id, place));
-            return;
-        };
+        // Where a sign is reversed there is a difference.
+        let Node::Sum { constant, terms } = self.node(id) else { return };
         let positive = |c: &Number| c.is_negative() == negated && !c.is_zero();
         let all_negative = !positive(constant) && !terms.iter().any(|(_, c)| positive(c));
         // (negative, piece)
@@ -241,9 +237,7 @@ impl Pool {
                     place,
                 });
             } else if let Some(joined) = under_root.take_if(|joined| joined.base == base) {
-                let term =
-                    Piece::Term { coefficient: joined.coefficient, factors: joined.factors, negated: joined.negated };
-                write_root(&magnitude, vec![term], &mut piece);
+                write_root(&magnitude, vec![joined.inner], &mut piece);
                 let side = if joined.above { &mut above } else { &mut below };
                 side.push(piece);
                 continue;
@@ -308,7 +302,8 @@ impl Pool {
                 if above {
                     factors.push(divided);
                 }
-                return (rest, Some(Joined { base, above, coefficient, factors, negated }));
+                let inner = Piece::Term { coefficient, factors, negated };
+                return (rest, Some(Joined { base, above, inner }));
             }
         }
         (coefficient.clone(), None)
