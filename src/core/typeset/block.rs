@@ -1,5 +1,7 @@
 //! Formulas as Unicode text in as many lines as they take: fractions with bars, brackets that grow.
 
+use std::cell::LazyCell;
+
 use unicode_width::UnicodeWidthStr;
 
 use super::latex::stands_open;
@@ -42,23 +44,17 @@ impl Block {
 
     /// Puts blocks side by side, their lines in line.
     pub fn beside(blocks: &[Self]) -> Self {
-        // Mostly there is one line, and nothing to be measured.
-        if blocks.iter().all(|block| block.lines.len() == 1) {
-            let lines = blocks.iter().flat_map(|block| &block.lines);
-            let mut line = String::with_capacity(lines.clone().map(String::len).sum());
-            lines.for_each(|text| line.push_str(text));
-            return Self { lines: vec![line], base: 0 };
-        }
         let above = blocks.iter().map(|block| block.base).max().unwrap_or(0);
         let below = blocks.iter().map(|block| block.height() - block.base).max();
         let height = above + below.unwrap_or(1);
         let mut lines = vec![String::new(); height];
         for block in blocks {
-            let blank = " ".repeat(block.width());
+            // Mostly there is one line, and nothing to be measured.
+            let blank = LazyCell::new(|| " ".repeat(block.width()));
             for (at, line) in lines.iter_mut().enumerate() {
                 let own = (at + block.base).checked_sub(above);
                 let text = own.and_then(|own| block.lines.get(own));
-                line.push_str(text.map_or(blank.as_str(), String::as_str));
+                line.push_str(text.unwrap_or_else(|| &blank));
             }
         }
         Self { lines, base: above }

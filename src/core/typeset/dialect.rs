@@ -53,7 +53,6 @@ pub(super) struct Dialect {
     pub(super) applied: [&'static str; 2],
     pub(super) sign: fn(Sign) -> String,
     pub(super) verbatim: fn(&str) -> String,
-    pub(super) lines: Lines,
 }
 
 /// How a markup breaks lines.
@@ -143,9 +142,9 @@ impl Formula {
     }
 
     /// The formula for a line of its own; one that is too long is broken before relations and signs.
-    pub(super) fn displayed(&self, own: &Dialect) -> String {
+    pub(super) fn displayed(&self, own: &Dialect, how: &Lines) -> String {
         let Some((left, lines)) = self.broken() else { return self.written(own) };
-        let Lines { around, behind_left, breaks, factor, token } = &own.lines;
+        let Lines { around, behind_left, breaks, factor, token } = how;
         let mut out = around[0].to_owned();
         out.extend(left.map(|left| left.written(own) + behind_left));
         for (at, pieces) in lines.iter().enumerate() {

@@ -50,13 +50,14 @@ const LATEX: Dialect = Dialect {
     applied: [" ", ""],
     sign: |sign| sign.forms()[0].to_owned(),
     verbatim: |text| format!(r"\texttt{{{}}}", text.replace('_', r"\_").replace('^', r"\textasciicircum{}")),
-    lines: Lines {
-        around: ["\\begin{aligned}\n", "\n\\end{aligned}"],
-        behind_left: " ",
-        breaks: ["& ", " \\\\\n&\\quad {}"],
-        factor: [r"\cdot ", r"\, "],
-        token: write_token,
-    },
+};
+
+const LINES: Lines = Lines {
+    around: ["\\begin{aligned}\n", "\n\\end{aligned}"],
+    behind_left: " ",
+    breaks: ["& ", " \\\\\n&\\quad {}"],
+    factor: [r"\cdot ", r"\, "],
+    token: write_token,
 };
 
 impl Formula {
@@ -70,7 +71,7 @@ impl Formula {
     /// is broken before relations and signs, in an `aligned` environment.
     #[must_use]
     pub fn latex_display(&self) -> String {
-        self.displayed(&LATEX)
+        self.displayed(&LATEX, &LINES)
     }
 
     /// The lines of a formula that is too long for one, behind what stands on the left of its relation if that is short.

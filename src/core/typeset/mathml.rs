@@ -1,6 +1,6 @@
-//! Formulas as MathML, with the elements of MathML Core.
+//! Formulas as MathML, with the elements of MathML Core. Browsers have lines of any length.
 
-use super::dialect::{Dialect, Lines};
+use super::dialect::Dialect;
 use super::symbol::unicode_word;
 use super::{Formula, Symbol};
 
@@ -47,8 +47,6 @@ const MATHML: Dialect = Dialect {
         format!("<{tag}>{}</{tag}>", sign.forms()[2])
     },
     verbatim: |text| format!("<mtext>{}</mtext>", text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")),
-    // Browsers have lines of any length.
-    lines: Lines { around: [""; 2], behind_left: "", breaks: [""; 2], factor: [""; 2], token: |_, _| {} },
 };
 
 impl Formula {

@@ -272,8 +272,5 @@ fn close(out: &mut [Piece], token: Token) {
 
 /// A sum as a factor.
 fn bracketed(formula: &Formula) -> Formula {
-    match formula {
-        Formula::Sum(_) => formula.clone().bracketed(),
-        other => other.clone(),
-    }
+    formula.clone().bracketed_if(|own| matches!(own, Formula::Sum(_)))
 }

@@ -42,13 +42,14 @@ const TYPST: Dialect = Dialect {
     applied: [" ", " "],
     sign: |sign| sign.forms()[1].to_owned(),
     verbatim: |text| format!("\"{}\"", text.replace(['"', '\\'], "")),
-    lines: Lines {
-        around: ["", ""],
-        behind_left: "",
-        breaks: [" & ", " \\\n& quad "],
-        factor: ["dot.op ", " "],
-        token: |token, out| out.push_str(&token_text(token)),
-    },
+};
+
+const LINES: Lines = Lines {
+    around: ["", ""],
+    behind_left: "",
+    breaks: [" & ", " \\\n& quad "],
+    factor: ["dot.op ", " "],
+    token: |token, out| out.push_str(&token_text(token)),
 };
 
 impl Formula {
@@ -61,7 +62,7 @@ impl Formula {
     /// The formula for lines of its own, broken as [`latex_display`](Self::latex_display) breaks them.
     #[must_use]
     pub fn typst_display(&self) -> String {
-        self.displayed(&TYPST)
+        self.displayed(&TYPST, &LINES)
     }
 }
 
