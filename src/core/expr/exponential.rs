@@ -98,15 +98,10 @@ impl Point<'_> {
     fn expand(&mut self, term: ExprId, coefficient: &Number, monomials: &mut Vec<(u64, Number)>) {
         let pool = self.pool;
         let is_symbol = |id: ExprId| matches!(pool.node(id), Node::Symbol(_));
-        let Node::Product(factors) = pool.node(term) else {
-            self.certainty.dependent_angles |= !is_symbol(term);
-            monomials.push((self.value(term), coefficient.clone()));
-            return;
-        };
         let mut expanded = vec![(1, coefficient.clone())];
-        for (base, exponent) in factors {
+        for (base, exponent) in pool.factors(term) {
             let times = exponent.to_i64().filter(|times| (1..=8).contains(times));
-            if let (Node::Sum { constant, terms }, Some(times)) = (pool.node(*base), times) {
+            if let (Node::Sum { constant, terms }, Some(times)) = (pool.node(base), times) {
                 for _ in 0..times {
                     if expanded.len() * (terms.len() + 1) > MAX_MONOMIALS {
                         self.certainty.dependent_angles = true;
@@ -127,8 +122,8 @@ impl Point<'_> {
                 }
                 continue;
             }
-            self.certainty.dependent_angles |= !is_symbol(*base) || !exponent.is_integer();
-            let Some(power) = self.power(*base, exponent) else {
+            self.certainty.dependent_angles |= !is_symbol(base) || !exponent.is_integer();
+            let Some(power) = self.power(base, &exponent) else {
                 // The term itself has no value then, and the point is given up elsewhere.
                 return;
             };

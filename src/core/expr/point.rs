@@ -17,7 +17,8 @@ use std::collections::BTreeSet;
 use super::modular::{root_of_unity, sqrt_of_prime};
 use super::traverse::Reachable;
 use super::{
-    ExprId, Function, Node, PI, PRIME, Pool, Symbol, add_mod, inverse_mod, mul_mod, neg_mod, pow_mod, sqrt_mod, sub_mod,
+    ExprId, Function, Node, ONE, PI, PRIME, Pool, Symbol, add_mod, inverse_mod, mul_mod, neg_mod, pow_mod, sqrt_mod,
+    sub_mod,
 };
 use crate::number::{Number, gcd64};
 
@@ -441,18 +442,14 @@ impl Point<'_> {
     fn general_power(&mut self, base: ExprId, exponent: ExprId) -> Option<u64> {
         self.certainty.random_function = true;
         let b = self.value(base);
-        let Node::Sum { constant, terms } = self.pool.node(exponent) else {
-            return Some(random(self.seed, Tag::Power, b, self.value(exponent)));
-        };
-        let mut product = match constant.to_i64() {
-            Some(whole) => signed_power(b, whole)?,
-            None => random(self.seed, Tag::Power, b, residue(constant)?),
-        };
-        for (term, coefficient) in terms {
-            let value = self.value(*term);
+        let mut product = 1;
+        for (term, coefficient) in self.pool.terms(exponent) {
+            // The constant is a multiple of 1, which may have no place among what is evaluated.
+            let value = if term == ONE { 1 } else { self.value(term) };
             let factor = match coefficient.to_i64() {
+                Some(whole) if term == ONE => signed_power(b, whole)?,
                 Some(whole) => signed_power(random(self.seed, Tag::Power, b, value), whole)?,
-                None => random(self.seed, Tag::Power, b, mul_mod(value, residue(coefficient)?)),
+                None => random(self.seed, Tag::Power, b, mul_mod(value, residue(&coefficient)?)),
             };
             product = mul_mod(product, factor);
         }
