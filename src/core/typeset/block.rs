@@ -246,10 +246,7 @@ impl Formula {
         let mut pieces = Vec::new();
         self.blocks(None, &mut pieces);
         let widths: Vec<usize> = pieces.iter().map(Block::width).collect();
-        if widths.iter().sum::<usize>() <= width {
-            return Block::beside(&pieces).lines().map(str::to_owned).collect();
-        }
-        if widths.iter().any(|own| *own > width / 2) {
+        if widths.iter().sum::<usize>() > width && widths.iter().any(|own| *own > width / 2) {
             pieces.clear();
             self.blocks(Some(width), &mut pieces);
         }
