@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use super::simplify::{Algebra, Monomial, Monomials, common_factor, power_of, split, times, written};
+use super::simplify::{Algebra, Monomial, Monomials, common_factor, power_of, split, times};
 use crate::expr::{ExprId, PRIME, add_mod, mul_mod, neg_mod, pow_mod};
 use crate::number::Number;
 use crate::order::Gather;
@@ -45,13 +45,8 @@ impl Algebra<'_> {
             for _ in 0..times {
                 rest = rest.over(&own)?;
             }
-            let sum = own.terms().map(|(powers, value)| {
-                let power = |((base, step), power): (&(ExprId, Number), &u32)| {
-                    (*base, step.mul(&Number::from(i64::from(*power))))
-                };
-                (bases.iter().zip(powers).map(power).collect::<Monomial>(), value)
-            });
-            product.push((self.short(|pool| written(pool, sum)), Number::from(times as i64)));
+            let sum = self.in_bases(&bases, own.terms().map(|(powers, value)| (powers.as_slice(), value)));
+            product.push((sum, Number::from(times as i64)));
         }
         let number = rest.terms().next().map(|(_, value)| value.clone()).filter(|_| rest.is_constant())?;
         let product = self.product_of_powers(&product);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, collapsed, expand, power_of, times, written};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, collapsed, expand, power_of, times};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::order::Order;
@@ -18,8 +18,8 @@ pub(super) const EXPONENT: usize = 0;
 /// What the variables of polynomials stand for.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ring {
-    /// Bases, and of what part of their powers the variables are powers: 2 for a square root. The first is that of variable 1.
-    bases: Vec<(ExprId, Number)>,
+    /// Bases, with the part of their powers that counts as one: 1/2 for a square root. The first is that of variable 1.
+    bases: Monomial,
     /// Roots of what has no symbols: the variable, and of which power what is it.
     roots: Vec<(usize, u32, Polynomial)>,
 }
@@ -107,21 +107,20 @@ impl Ring {
         for own in expanded {
             let monomials = own.all.iter().flat_map(BTreeMap::keys).flatten();
             for (base, exponent) in monomials.chain(&own.by) {
-                let parts = bases.entry(*base).or_insert(Number::ONE);
-                // The least common multiple of the denominators.
-                let common = parts.recip().unwrap_or(Number::ONE).gcd(exponent);
-                *parts = Number::from_integer(common.denominator().into());
+                // One over the least common multiple of the denominators.
+                let step = bases.entry(*base).or_insert(Number::ONE);
+                *step = step.gcd(exponent);
             }
         }
         let mut own = Self { bases: bases.into_iter().collect(), roots: Vec::new() };
         let mut roots = Vec::new();
-        for (at, (base, parts)) in (1..).zip(&own.bases) {
-            if parts.is_one() || !pool.is_constant(*base) {
+        for (at, (base, step)) in (1..).zip(&own.bases) {
+            if step.is_one() || !pool.is_constant(*base) {
                 continue;
             }
             let value = Expanded::new(pool, &[*base]).filter(|own| own.by.is_empty());
             let value = value.and_then(|value| own.polynomial(value.all.first()?));
-            let parts = parts.to_i64().and_then(|parts| u32::try_from(parts).ok());
+            let parts = step.recip().and_then(|parts| u32::try_from(parts.to_i64()?).ok());
             roots.extend(parts.zip(value).map(|(parts, value)| (at, parts, value)));
         }
         // Roots of sums with roots in them come first.
@@ -155,15 +154,15 @@ impl Ring {
 
     /// What a variable is a power of, and whether it is a root of it.
     pub(super) fn base(&self, variable: usize) -> Option<(ExprId, bool)> {
-        let (base, parts) = self.bases.get(variable.checked_sub(1)?)?;
-        Some((*base, !parts.is_one()))
+        let (base, step) = self.bases.get(variable.checked_sub(1)?)?;
+        Some((*base, !step.is_one()))
     }
 
     /// The powers of a monomial.
     fn powers(&self, monomial: &Monomial) -> Option<Vec<(usize, i64)>> {
         let power = |(base, exponent): &(ExprId, Number)| {
             let at = self.bases.binary_search_by_key(base, |(own, _)| *own).ok()?;
-            Some((at + 1, exponent.mul(&self.bases[at].1).to_i64()?))
+            Some((at + 1, exponent.div(&self.bases[at].1)?.to_i64()?))
         };
         monomial.iter().map(power).collect()
     }
@@ -197,15 +196,6 @@ impl Ring {
 
     /// A polynomial without the exponent as an expression in its shortest form.
     pub(super) fn expression(&self, pool: &mut Algebra<'_>, polynomial: &Polynomial) -> ExprId {
-        let mut terms = Vec::new();
-        for (powers, coefficient) in polynomial.terms() {
-            let mut monomial = Monomial::new();
-            for ((base, parts), power) in self.bases.iter().zip(&powers[1..]).filter(|(_, power)| **power > 0) {
-                let power = Number::from(i64::from(*power));
-                monomial.push((*base, power.div(parts).unwrap_or(power)));
-            }
-            terms.push((monomial, coefficient));
-        }
-        pool.short(|pool| written(pool, terms))
+        pool.in_bases(&self.bases, polynomial.terms().map(|(powers, own)| (&powers[1..], own)))
     }
 }

@@ -118,6 +118,20 @@ impl<'a> Algebra<'a> {
         self.simplify(made)
     }
 
+    /// The shortest form found of a polynomial in bases, of which parts of powers count as one.
+    pub(super) fn in_bases<'n>(
+        &mut self,
+        bases: &Monomial,
+        terms: impl Iterator<Item = (&'n [u32], &'n Number)>,
+    ) -> ExprId {
+        let terms = terms.map(|(powers, value)| {
+            let powers = bases.iter().zip(powers).filter(|(_, power)| **power > 0);
+            let powers = powers.map(|((base, step), power)| (*base, step.mul(&Number::from(i64::from(*power)))));
+            (powers.collect::<Monomial>(), value)
+        });
+        self.short(|pool| written(pool, terms))
+    }
+
     /// The shortest of the forms of an expression whose closed parts are short already.
     fn shortest(&mut self, e: ExprId) -> ExprId {
         let e = self.cancelled(e);
