@@ -137,9 +137,7 @@ fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coef
             if own == Function::Cos && monomials.get(&partner) == Some(&opposite) {
                 let doubled = pool.scale(x, &two);
                 let cosine = pool.cos(doubled);
-                let (sign, cosine) = split(pool, cosine);
-                let new = times(pool, &without, cosine)?;
-                return Some(([Some(monomial.clone()), Some(partner)], vec![(new, coefficient.mul(&sign))]));
+                return joined(pool, [Some(monomial.clone()), Some(partner)], &without, cosine, coefficient);
             }
         }
     }
@@ -177,9 +175,7 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
             // cos cos + sin sin is of the difference, sin cos + cos sin of the sum.
             let argument = if same == mixed { pool.add(a, b) } else { pool.sub(a, b) };
             let value = if mixed { pool.sin(argument) } else { pool.cos(argument) };
-            let (sign, value) = split(pool, value);
-            let new = times(pool, &rest, value)?;
-            return Some(([Some(monomial.clone()), Some(partner)], vec![(new, coefficient.mul(&sign))]));
+            return joined(pool, [Some(monomial.clone()), Some(partner)], &rest, value, coefficient);
         }
     }
     None
@@ -199,15 +195,14 @@ fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Num
         let rest = changed(monomial, &[(*base, -1), (cosine, -1)]);
         let doubled = pool.scale(x, &Number::from(2));
         let sine = pool.sin(doubled);
-        let (sign, sine) = split(pool, sine);
-        let new = times(pool, &rest, sine)?;
-        let coefficient = coefficient.mul(&sign).mul(&Number::half());
-        return Some(([Some(monomial.clone()), None], vec![(new, coefficient)]));
+        return joined(pool, [Some(monomial.clone()), None], &rest, sine, &coefficient.mul(&Number::half()));
     }
     None
 }
 
-/// A monomial times one more factor; `None` where the pool makes more of it than a monomial.
-fn times(pool: &mut Pool, monomial: &Monomial, factor: ExprId) -> Option<Monomial> {
-    pool.as_function(factor).map(|_| changed(monomial, &[(factor, 1)]))
+/// Terms that go become one, times a sine or cosine; `None` where the pool makes more of it than a monomial.
+fn joined(pool: &Pool, gone: [Option<Monomial>; 2], rest: &Monomial, by: ExprId, coefficient: &Number) -> Option<Step> {
+    let (sign, function) = split(pool, by);
+    pool.as_function(function)?;
+    Some((gone, vec![(changed(rest, &[(function, 1)]), coefficient.mul(&sign))]))
 }
