@@ -10,7 +10,6 @@ use crate::worded;
 use std::fmt::{self, Debug, Formatter};
 
 use super::arena::{Expressions, Units};
-use super::text::Text;
 use crate::span::Span;
 
 /// Index of an expression in its [`File`].
@@ -21,7 +20,7 @@ pub struct ExprRef(pub u32);
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Name {
     /// The letters.
-    pub text: Text,
+    pub text: String,
     /// The place.
     pub span: Span,
 }

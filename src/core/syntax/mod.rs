@@ -23,7 +23,6 @@ mod lookalike;
 mod names;
 mod print;
 mod split;
-mod text;
 pub(crate) mod units;
 mod walk;
 mod words;
@@ -40,7 +39,6 @@ pub use names::{NameKind, NamePlace, names};
 #[cfg(feature = "engine")]
 pub(crate) use print::print_indices;
 pub use print::{print_expr, print_file, print_statement, print_unit};
-pub use text::Text;
 #[cfg(feature = "format")]
 pub(crate) use words::GREEK;
 pub use words::{FUNCTIONS, STATEMENT_WORDS, reserved_meaning, signature};

@@ -267,7 +267,7 @@ impl<'a> Inference<'a> {
     /// A generalised force times the velocity is a power.
     fn force(&mut self, binding: &'a Binding) {
         let Some(coordinate) = self.names.get(binding.name.text.as_str()).cloned() else { return };
-        let name = Name { text: format!("force {}", binding.name.text).into(), span: binding.name.span };
+        let name = Name { text: format!("force {}", binding.name.text), span: binding.name.span };
         self.stated(binding, coordinate.conjugate(), "right side", name);
     }
 
@@ -276,7 +276,7 @@ impl<'a> Inference<'a> {
         let mut name = binding.name.clone();
         if rate {
             quantity = quantity.rate();
-            name.text = format!("{}'", name.text).into();
+            name.text.push('\'');
         }
         self.stated(binding, quantity, side, name);
     }
