@@ -46,16 +46,9 @@ impl Copy<'_> {
             StatementKind::Equilibrium { binding, rate } => {
                 StatementKind::Equilibrium { binding: self.binding(binding), rate: *rate }
             }
-            StatementKind::Coord { declarations } => StatementKind::Coord {
-                declarations: declarations
-                    .iter()
-                    .map(|d| Declaration {
-                        name: self.name(&d.name),
-                        indices: d.indices.as_deref().map(|i| Box::new(self.indices(i))),
-                        unit: d.unit.map(|u| self.unit(u)),
-                    })
-                    .collect(),
-            },
+            StatementKind::Coord { declarations } => {
+                StatementKind::Coord { declarations: declarations.iter().map(|b| self.binding(b)).collect() }
+            }
             StatementKind::Kinetic(e) => StatementKind::Kinetic(self.expr(*e)),
             StatementKind::Potential(e) => StatementKind::Potential(self.expr(*e)),
             StatementKind::Lagrangian(e) => StatementKind::Lagrangian(self.expr(*e)),

@@ -3,7 +3,7 @@
 use librate::diagnostic::{self, Replacement};
 use librate::model;
 use librate::span::Span;
-use librate::syntax::{self, ExprKind, Indices, Name, NameKind, NamePlace, StatementKind, signature};
+use librate::syntax::{self, ExprKind, NameKind, NamePlace, StatementKind, signature};
 use serde_json::{Value, json};
 
 use super::check::Facts;
@@ -227,22 +227,16 @@ pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value 
         }
     };
     let unit = |name: &str| facts.dimensions.get(name).map(|own| format!(": {}", own.unit()));
-    let behind = |name: &Name, indices: Option<&Indices>| indices.map_or(name.span.end, |own| own.span.end);
     for statement in &document.file.statements {
         let bindings = match &statement.kind {
-            StatementKind::Param(bindings) => bindings.as_slice(),
+            StatementKind::Param(all) | StatementKind::Coord { declarations: all } => all.as_slice(),
             StatementKind::Let(binding) => std::slice::from_ref(binding),
-            StatementKind::Coord { declarations } => {
-                for own in declarations.iter().filter(|own| own.unit.is_none()) {
-                    hint(behind(&own.name, own.indices.as_deref()), unit(&own.name.text));
-                }
-                &[]
-            }
             _ => &[],
         };
         for binding in bindings {
             if binding.unit.is_none() {
-                hint(behind(&binding.name, binding.indices.as_deref()), unit(&binding.name.text));
+                let place = binding.indices.as_ref().map_or(binding.name.span, |own| own.span);
+                hint(place.end, unit(&binding.name.text));
             }
             if let Some(value) = binding.value.map(|at| document.file.expr(at))
                 && !matches!(value.kind, ExprKind::Number(_) | ExprKind::Negate(_) | ExprKind::Vector(_))

@@ -10,7 +10,7 @@ use super::members::Members;
 use super::names::{Block, Entity, Family, Grid, Key, SymbolKind, member_name};
 use crate::expr::{ExprId, Pool, Symbol, SymbolNames};
 use crate::span::Span;
-use crate::syntax::Declaration;
+use crate::syntax::Binding;
 
 /// What a coordinate takes before anything is computed of it: its numbers in the terms of the energies, its place, its
 /// entries of M and K.
@@ -273,7 +273,7 @@ pub(super) fn coordinate_families(family: &Family) -> Vec<super::CoordinateFamil
 }
 
 impl Elaborator<'_> {
-    pub(super) fn coordinate(&mut self, declaration: &Declaration) {
+    pub(super) fn coordinate(&mut self, declaration: &Binding) {
         let name = &declaration.name;
         let factor = self.factor(declaration.unit);
         let members = self.members(declaration.indices.as_deref(), name);

@@ -63,11 +63,9 @@ pub fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -
         {
             elaborator.declare(&statement.kind, statement.span, tables);
         }
-        if let StatementKind::Coord { declarations } = &statement.kind {
-            for one in declarations {
-                let members = elaborator.members(one.indices.as_deref(), &one.name);
-                count = count.saturating_add(members.map_or(0, |members| members.count()));
-            }
+        for one in statement.kind.coordinates() {
+            let members = elaborator.members(one.indices.as_deref(), &one.name);
+            count = count.saturating_add(members.map_or(0, |members| members.count()));
         }
     }
     count

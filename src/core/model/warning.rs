@@ -155,7 +155,7 @@ fn units_of_others(file: &File, model: &Model) -> Vec<Warning> {
     };
     let mut found = Vec::new();
     for statement in &file.statements {
-        let StatementKind::Coord { declarations } = &statement.kind else { continue };
+        let declarations = statement.kind.coordinates();
         for (at, own) in declarations.iter().enumerate().filter(|(_, own)| own.unit.is_none()) {
             let Some((other, unit)) = declarations[at..].iter().find_map(|other| Some((other, other.unit?))) else {
                 continue;
@@ -251,9 +251,8 @@ fn rates_beside_other_units(file: &File, model: &Model) -> Vec<Warning> {
     let mut units: HashMap<&str, UnitRef> = HashMap::new();
     let mut others: Vec<(&Name, UnitRef)> = Vec::new();
     for statement in &file.statements {
-        if let StatementKind::Coord { declarations } = &statement.kind {
-            units.extend(declarations.iter().filter_map(|one| Some((one.name.text.as_str(), one.unit?))));
-        }
+        let coordinates = statement.kind.coordinates().iter();
+        units.extend(coordinates.filter_map(|one| Some((one.name.text.as_str(), one.unit?))));
         others.extend(statement.kind.bindings().iter().filter_map(|one| Some((&one.name, one.unit?))));
     }
     let mut pool = Pool::default();

@@ -102,7 +102,7 @@ pub enum StatementKind {
     /// `coord a, b[1..n] : m`
     Coord {
         /// The declared names.
-        declarations: Vec<Declaration>,
+        declarations: Vec<Binding>,
     },
     /// `let …`
     Let(Binding),
@@ -163,7 +163,7 @@ pub enum StatementKind {
     },
 }
 
-/// `NAME[indices] : unit = EXPR ± EXPR`, the common form of `param`, `let`, `force`, `guess`, `equilibrium`.
+/// `NAME[indices] : unit = EXPR ± EXPR`, the common form of `param`, `coord`, `let`, `force`, `guess`, `equilibrium`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Binding {
     /// The bound name.
@@ -172,21 +172,10 @@ pub struct Binding {
     pub indices: Option<Box<Indices>>,
     /// The unit behind the colon.
     pub unit: Option<UnitRef>,
-    /// The right side; only `param` may go without.
+    /// The right side; only `param` may go without, and `coord` always does.
     pub value: Option<ExprRef>,
     /// Standard uncertainty behind `±` or `+/-`; only `param` may have one.
     pub uncertainty: Option<ExprRef>,
-}
-
-/// One name of a `coord` statement.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Declaration {
-    /// The coordinate or family.
-    pub name: Name,
-    /// The ranges in brackets, if there.
-    pub indices: Option<Box<Indices>>,
-    /// The unit behind the colon.
-    pub unit: Option<UnitRef>,
 }
 
 /// Indices in brackets, of a sum or of an integral, with the filter behind them.

@@ -29,8 +29,8 @@ mod words;
 
 pub use arena::{Expressions, Units};
 pub use ast::{
-    Binding, Comment, Comparison, Declaration, Drawn, Expr, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices,
-    Member, Name, Statement, StatementKind, Unit, UnitKind, UnitRef,
+    Binding, Comment, Comparison, Drawn, Expr, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Member, Name,
+    Statement, StatementKind, Unit, UnitKind, UnitRef,
 };
 pub use error::SyntaxError;
 #[cfg(feature = "format")]

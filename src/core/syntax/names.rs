@@ -73,18 +73,13 @@ impl<'f> Finder<'f> {
     fn statement(&mut self, kind: &'f StatementKind, span: Span) {
         match kind {
             StatementKind::Model { name } => self.place(name, NameKind::Model, true),
-            StatementKind::Param(bindings) => bindings.iter().for_each(|own| self.binding(own, span, true)),
+            StatementKind::Param(all) | StatementKind::Coord { declarations: all } => {
+                all.iter().for_each(|own| self.binding(own, span, true));
+            }
             StatementKind::Let(binding) => self.binding(binding, span, true),
             StatementKind::Force(binding)
             | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => self.binding(binding, span, false),
-            StatementKind::Coord { declarations } => {
-                for own in declarations {
-                    self.place(&own.name, NameKind::Quantity, true);
-                    self.indices(own.indices.as_deref(), span, None);
-                    self.unit(own.unit);
-                }
-            }
             StatementKind::Constraint { indices, left, right } => {
                 let scope = self.indices(indices.as_deref(), span, None);
                 self.todo.extend([(*left, scope), (*right, scope)]);

@@ -26,6 +26,11 @@ impl StatementKind {
         if let Self::Param(bindings) = self { bindings } else { &[] }
     }
 
+    /// The names that a `coord` statement declares.
+    pub(crate) fn coordinates(&self) -> &[Binding] {
+        if let Self::Coord { declarations } = self { declarations } else { &[] }
+    }
+
     /// The energy that a statement gives, or the dissipation function.
     pub(crate) fn energy(&self) -> Option<ExprRef> {
         if let Self::Kinetic(value) | Self::Potential(value) | Self::Lagrangian(value) | Self::Dissipation(value) = self
@@ -37,23 +42,18 @@ impl StatementKind {
 
     /// The names that a statement declares.
     pub(crate) fn declared(&self) -> Vec<&Name> {
-        if let Self::Coord { declarations } = self {
-            return declarations.iter().map(|one| &one.name).collect();
-        }
         if let Self::Table { name, .. } | Self::Let(Binding { name, .. }) = self {
             return vec![name];
         }
-        self.parameters().iter().map(|one| &one.name).collect()
+        self.coordinates().iter().chain(self.parameters()).map(|one| &one.name).collect()
     }
 
     /// The indices in brackets behind its names.
     pub(crate) fn indices(&self) -> impl Iterator<Item = &Indices> {
-        let own = self.bindings().iter().map(|binding| &binding.indices);
+        let own = self.bindings().iter().chain(self.coordinates()).map(|binding| &binding.indices);
         let tied =
             if let Self::Constraint { indices, .. } | Self::Draw { indices, .. } = self { Some(indices) } else { None };
-        let declared = if let Self::Coord { declarations } = self { declarations.as_slice() } else { &[] };
-        let declared = declared.iter().map(|one| &one.indices);
-        own.chain(tied).chain(declared).filter_map(Option::as_deref)
+        own.chain(tied).filter_map(Option::as_deref)
     }
 }
 

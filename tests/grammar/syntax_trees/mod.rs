@@ -342,8 +342,8 @@ impl Planter {
                     StatementKind::Param(vec![own, binding.clone(), binding])
                 }
                 8 => {
-                    let declaration = Declaration { name: binding.name, indices: binding.indices, unit: binding.unit };
-                    StatementKind::Coord { declarations: vec![declaration.clone(), declaration] }
+                    binding.value = None;
+                    StatementKind::Coord { declarations: vec![binding.clone(), binding] }
                 }
                 9 => {
                     let relation = |planter: &mut Self| {

@@ -11,8 +11,7 @@ use crate::model::units;
 use crate::order::Gather;
 use crate::span::Span;
 use crate::syntax::{
-    Binding, Declaration, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind,
-    UnitKind, UnitRef,
+    Binding, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind, UnitKind, UnitRef,
 };
 
 /// Families of up to so many members may have a dimension for each.
@@ -237,7 +236,7 @@ impl<'a> Inference<'a> {
         }
     }
 
-    fn coordinate(&mut self, declaration: &'a Declaration) {
+    fn coordinate(&mut self, declaration: &'a Binding) {
         self.binders(declaration.indices.as_deref(), 0);
         self.declared(&declaration.name, declaration.indices.as_deref(), declaration.unit);
     }
@@ -369,23 +368,18 @@ impl<'a> Inference<'a> {
     fn finish(mut self) -> Dimensions {
         let mut result = Dimensions::default();
         for statement in &self.file.statements {
-            let named = if let StatementKind::Let(binding) = &statement.kind { slice::from_ref(binding) } else { &[] };
-            for binding in named.iter().chain(statement.kind.parameters()) {
-                if let Some(quantity) = self.names.get(&*binding.name.text) {
-                    let known = self.of_all(quantity);
-                    result.known.insert(binding.name.text.to_string(), vec![known]);
-                }
+            let coordinates = statement.kind.coordinates();
+            for name in statement.kind.declared() {
+                let Some(quantity) = self.names.get(name.text.as_str()) else { continue };
+                let parts = match quantity {
+                    Quantity::List(parts) if !coordinates.is_empty() => parts.as_slice(),
+                    all => slice::from_ref(all),
+                };
+                let known = parts.iter().map(|part| self.of_all(part)).collect();
+                result.known.insert(name.text.to_string(), known);
             }
-            let StatementKind::Coord { declarations } = &statement.kind else { continue };
-            for one in declarations {
-                let Some(quantity) = self.names.get(one.name.text.as_str()).cloned() else { continue };
-                let parts = if let Quantity::List(parts) = quantity { parts } else { vec![quantity] };
-                let known = parts.iter().map(|part| self.equations.known(part.of()?)).collect();
-                result.known.insert(one.name.text.to_string(), known);
-                if one.unit.is_some_and(|unit| self.is_angle(unit)) {
-                    result.angles.insert(one.name.text.to_string());
-                }
-            }
+            let angles = coordinates.iter().filter(|one| one.unit.is_some_and(|unit| self.is_angle(unit)));
+            result.angles.extend(angles.map(|one| one.name.text.to_string()));
         }
         result.errors = std::mem::take(&mut self.equations.errors);
         result

@@ -14,8 +14,8 @@ use pest::pratt_parser::PrattParser;
 
 use super::arena::{Expressions, Units};
 use super::ast::{
-    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name,
-    Statement, StatementKind,
+    Binding, Comment, Comparison, Drawn, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name, Statement,
+    StatementKind,
 };
 use super::error::SyntaxError;
 use super::grammar::{Grammar, Rule, in_words, precedences};
@@ -120,8 +120,7 @@ impl Builder {
                 let mut declarations = Vec::new();
                 for part in pair.into_inner() {
                     if part.as_rule() == Rule::declaration {
-                        let (Binding { name, indices, unit, .. }, _) = self.binding(part)?;
-                        declarations.push(Declaration { name, indices, unit });
+                        declarations.push(self.binding(part)?.0);
                     }
                 }
                 StatementKind::Coord { declarations }
