@@ -100,13 +100,8 @@ impl Builtin {
         }
     }
 
-    /// Applies the function.
-    pub(super) fn apply(
-        self,
-        pool: &mut Pool,
-        arguments: &[Value],
-        rate: &mut dyn FnMut(&mut Pool, ExprId) -> ExprId,
-    ) -> Result<Value, Misfit> {
+    /// Applies the function; an angular velocity needs the rate of its argument.
+    pub(super) fn apply(self, pool: &mut Pool, arguments: &[Value], rate: Option<Value>) -> Result<Value, Misfit> {
         let scalar = |at: usize| match arguments.get(at) {
             Some(value) => value.scalar(if arguments.len() == 1 {
                 "the argument"
@@ -151,8 +146,7 @@ impl Builtin {
                     let what = "`angular_velocity` needs a rotation matrix: transpose(R)*R is not 1 here";
                     return Err((what.to_owned(), Some(help.to_owned())));
                 }
-                let rates: Vec<Vec<ExprId>> =
-                    rows.iter().map(|row| row.iter().map(|e| rate(pool, *e)).collect()).collect();
+                let rates = rate.unwrap_or(Value::Zero).matrix("the rate")?;
                 let elements = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| {
                     let terms: Vec<ExprId> = (0..3).map(|k| pool.mul(rows[k][i], rates[k][j])).collect();
                     pool.sum(&terms)

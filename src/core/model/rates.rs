@@ -5,25 +5,19 @@ use crate::expr::ExprId;
 
 impl World {
     /// The total time derivative: the chain rule through coordinates, velocities and the time.
-    pub(super) fn time_derivative(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut derivatives = Vec::with_capacity(roots.len());
-        for root in roots {
-            if let Some(beyond) = self.beyond_acceleration(*root) {
-                derivatives.push(beyond);
-                continue;
-            }
-            let derivative = loop {
-                match self.pool.derivative(&mut self.rates, *root) {
-                    Ok(derivative) => break derivative,
-                    Err(symbol) => {
-                        let rate = self.rate(symbol).unwrap_or(self.pool.zero());
-                        self.rates.set(&mut self.pool, symbol, rate);
-                    }
-                }
-            };
-            derivatives.push(derivative);
+    pub(super) fn time_derivative(&mut self, root: ExprId) -> ExprId {
+        if let Some(beyond) = self.beyond_acceleration(root) {
+            return beyond;
         }
-        derivatives
+        loop {
+            match self.pool.derivative(&mut self.rates, root) {
+                Ok(derivative) => return derivative,
+                Err(symbol) => {
+                    let rate = self.rate(symbol).unwrap_or(self.pool.zero());
+                    self.rates.set(&mut self.pool, symbol, rate);
+                }
+            }
+        }
     }
 
     /// No energy may contain accelerations, nor what is beyond them: a symbol stands for the rate

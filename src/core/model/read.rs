@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::ModelError;
 use super::instance::{Along, Instance, Leaf, key_of};
 use super::names::{Entity, Key, LetPiece, Progress, World, key};
-use super::program::Program;
 use super::run::{DEEPEST_LET, Stop};
 use super::values::{Value, filled};
 use crate::span::Span;
@@ -52,9 +51,6 @@ impl World {
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
         if at.len() < rank {
             let (from, to) = self.bounds(entity, at, span)?;
-            if let Some(instance) = instance.as_deref_mut() {
-                instance.note(to - from);
-            }
             let mut parts = Vec::new();
             for index in from..=to {
                 let mut deeper = at.to_vec();
@@ -92,10 +88,7 @@ impl World {
                 };
                 Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
             }
-            Entity::Let(family) => {
-                let value = self.let_member(family, own, span, instance.as_deref_mut())?;
-                component(value, rest, span, instance)
-            }
+            Entity::Let(family) => component(self.let_member(family, own, span, instance)?, rest, span),
             Entity::Table(_) => Err(Stop::WriteOut),
         }
     }
@@ -144,8 +137,12 @@ impl World {
                 if rank > 0 {
                     let mut slots = own[..rank].to_vec();
                     let mut steps: Vec<i64> = indices.iter().map(|index| index.step).collect();
-                    let (program, piece) = self.let_piece(family, &own, &steps, span, instance)?;
-                    instance.note(piece);
+                    let (number, piece) = self.let_piece(family, &own, span)?;
+                    let program = Arc::clone(&piece.program);
+                    if piece.filter.as_ref().is_some_and(|filter| filter.moves(&steps)) {
+                        instance.limit(0);
+                    }
+                    instance.note(i64::try_from(number).unwrap_or(i64::MAX));
                     self.run_light(&program, &mut slots, &mut steps, instance)?;
                 }
                 for index in rest {
@@ -157,27 +154,14 @@ impl World {
         }
     }
 
-    /// The piece of a `let` family that gives a member, to be run with slots.
-    fn let_piece(
-        &self,
-        family: usize,
-        at: &Key,
-        steps: &[i64],
-        span: Span,
-        instance: &mut Instance,
-    ) -> Result<(Arc<Program>, i64), Stop> {
+    /// The piece of a `let` family that gives a member, to be run with slots, and its number.
+    fn let_piece(&self, family: usize, at: &Key, span: Span) -> Result<(usize, &LetPiece), Stop> {
         let own = &self.lets[family];
         if own.recursive || own.depth > DEEPEST_LET {
             return Err(Stop::WriteOut);
         }
         let (number, piece) = self.piece_of(family, at, span)?;
-        if piece.list {
-            return Err(Stop::WriteOut);
-        }
-        if piece.filter.as_ref().is_some_and(|filter| filter.moves(steps)) {
-            instance.limit(0);
-        }
-        Ok((Arc::clone(&piece.program), i64::try_from(number).unwrap_or(i64::MAX)))
+        if piece.list { Err(Stop::WriteOut) } else { Ok((number, piece)) }
     }
 
     /// The piece of a `let` family that has a member, and its number.
@@ -204,8 +188,7 @@ impl World {
         if let Some(instance) = instance
             && rank > 0
         {
-            let (program, piece) = self.let_piece(family, &at, &[], span, instance)?;
-            instance.note(piece);
+            let program = Arc::clone(&self.let_piece(family, &at, span)?.1.program);
             let mut slots = at[..rank].to_vec();
             return self.run(&program, &mut slots, Some(instance));
         }
@@ -291,16 +274,8 @@ impl World {
     }
 }
 
-pub(super) fn component(
-    mut value: Value,
-    at: &[i64],
-    span: Span,
-    mut instance: Option<&mut Instance>,
-) -> Result<Value, Stop> {
+pub(super) fn component(mut value: Value, at: &[i64], span: Span) -> Result<Value, Stop> {
     for index in at {
-        if let Some(instance) = instance.as_deref_mut() {
-            instance.note(*index);
-        }
         let mut parts = match value {
             Value::Vector(parts) => parts,
             Value::Zero => return Ok(Value::Zero),

@@ -1,10 +1,10 @@
 //! Running programs: once in full, to symbolic values, and once an instance of a sum in light form,
 //! to find out only what the instance fills the slots of its term with.
 //!
-//! Both walk through a program in the same order. What the full run meets on its way (which member
+//! Both walk through a program in the same order. What the light run meets on its way (which member
 //! of a family, which piece of a `let`, how many terms of an inner sum) it writes down as a
-//! signature; an instance with the same signature has the same term with other slots, and is never
-//! run in full.
+//! signature; an instance with the same signature as another has the same term with other slots, and
+//! is never run in full.
 
 use super::ModelError;
 use super::functions::Builtin;
@@ -105,7 +105,10 @@ impl World {
                 }
                 return Ok(None);
             }
-            Op::Prime => self.prime(&operands),
+            Op::Prime => match operands.first() {
+                Some(value) => value.map(&mut |e| self.time_derivative(e)),
+                None => Value::Vector(Vec::new()),
+            },
             Op::Negate => match operands.first() {
                 Some(value) => value.map(&mut |e| self.pool.neg(e)),
                 None => Value::Vector(Vec::new()),
@@ -121,7 +124,7 @@ impl World {
             Op::Component(indices) => {
                 let at = self.integers(indices, slots)?;
                 let base = operands.into_iter().next().unwrap_or(Value::Vector(Vec::new()));
-                component(base, &at, span, instance.as_deref_mut())?
+                component(base, &at, span)?
             }
             Op::Call(builtin, _) => {
                 let value = self.call(*builtin, &operands, span)?;
@@ -303,11 +306,7 @@ impl World {
                 let slot = instance.slot(leaf(number), 0);
                 self.value_slot(slot)
             }
-            Some(instance) => {
-                instance.note_number(number.clone(), 0);
-                self.pool.number(number)
-            }
-            None => self.pool.number(number),
+            Some(_) | None => self.pool.number(number),
         }
     }
 
@@ -490,9 +489,6 @@ impl World {
             terms.push((false, term));
             Ok(())
         })?;
-        if let Some(instance) = instance {
-            instance.note(i64::try_from(terms.len()).unwrap_or(i64::MAX));
-        }
         values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))
     }
 
@@ -537,26 +533,11 @@ impl World {
         Ok(Value::Scalar(self.pool.power(base, exponent)))
     }
 
-    fn prime(&mut self, operands: &[Value]) -> Value {
-        let Some(value) = operands.first() else { return Value::Vector(Vec::new()) };
-        let scalars = value.scalars();
-        let mut rates = self.time_derivative(&scalars).into_iter();
-        let zero = self.pool.zero();
-        value.map(&mut |_| rates.next().unwrap_or(zero))
-    }
-
     fn call(&mut self, builtin: Builtin, operands: &[Value], span: Span) -> Result<Value, Stop> {
-        // The only function that needs more than the pool differentiates its argument: the rates
-        // are made beforehand and looked up.
-        let mut rates = std::collections::HashMap::new();
-        if builtin == Builtin::AngularVelocity {
-            let scalars: Vec<ExprId> = operands.iter().flat_map(Value::scalars).collect();
-            let derivatives = self.time_derivative(&scalars);
-            rates.extend(scalars.into_iter().zip(derivatives));
-        }
-        builtin
-            .apply(&mut self.pool, operands, &mut |pool, e| rates.get(&e).copied().unwrap_or_else(|| pool.zero()))
-            .map_err(|e| shape(e, span))
+        // The only function that needs more than its arguments.
+        let rotation = operands.first().filter(|_| builtin == Builtin::AngularVelocity);
+        let rate = rotation.map(|own| own.map(&mut |e| self.time_derivative(e)));
+        builtin.apply(&mut self.pool, operands, rate).map_err(|e| shape(e, span))
     }
 }
 
