@@ -254,7 +254,12 @@ impl Symbols {
     }
 }
 
-fn numbered_slopes(pool: &mut Pool, e: ExprId, number: impl Fn(Symbol) -> Option<usize>) -> Vec<(usize, ExprId)> {
+/// The derivatives by the symbols that have a number, by these numbers, those that are not 0.
+pub(super) fn numbered_slopes(
+    pool: &mut Pool,
+    e: ExprId,
+    number: impl Fn(Symbol) -> Option<usize>,
+) -> Vec<(usize, ExprId)> {
     let slopes = pool.slopes(e, |symbol| number(symbol).is_some());
     slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
 }

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::ModelError;
 use super::compile::{Compiler, Scope};
+use super::coordinates::numbered_slopes;
 use super::instance::{Instance, Leaf};
 use super::names::{Entity, Key, SymbolKind, World};
 use super::program::{Binder, IndexForm, IndexProgram, Op, Program};
@@ -63,10 +64,7 @@ impl Local {
 
 /// The derivatives by some variables, by their places, without those that vanish identically.
 pub(crate) fn slopes_by(pool: &mut Pool, e: ExprId, variables: &[Symbol]) -> Vec<(usize, ExprId)> {
-    let place = |symbol: Symbol| variables.iter().position(|own| *own == symbol);
-    let slopes = pool.slopes(e, |symbol| place(symbol).is_some());
-    let slopes = slopes.into_iter().filter(|(_, slope)| !slope.is_zero());
-    let mut slopes: Vec<(usize, ExprId)> = slopes.filter_map(|(symbol, slope)| Some((place(symbol)?, slope))).collect();
+    let mut slopes = numbered_slopes(pool, e, |symbol| variables.iter().position(|own| *own == symbol));
     slopes.put_in_order();
     slopes
 }
