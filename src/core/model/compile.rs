@@ -3,7 +3,7 @@
 use super::ModelError;
 use super::functions::{Builtin, check_count};
 use super::names::{Entity, World};
-use super::program::{Binder, BinderKind, Field, IndexForm, IndexProgram, Op, Program, SumProgram};
+use super::program::{Binder, BinderKind, Field, IndexOp, IndexProgram, Op, Program, SumProgram};
 use super::survey::mentions;
 use crate::diagnostic::Meant;
 use crate::expr::ExprId;
@@ -319,7 +319,7 @@ impl<'a> Compiler<'a> {
     fn read(&mut self, name: &str, span: Span, indices: &[IndexProgram], scope: &Scope) -> Op {
         let is_plain = indices.is_empty();
         if let Some((slot, _)) = scope.find(name).filter(|_| is_plain) {
-            return Op::Number(IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span });
+            return Op::Number(IndexProgram::of(IndexOp::Variable(slot), span));
         }
         if let Some(variable) = scope.integrated(name).filter(|_| is_plain) {
             return Op::Literal(variable);
@@ -364,9 +364,7 @@ impl<'a> Compiler<'a> {
             return None;
         };
         let (table, row) = match (scope.find(name), self.entity(name), indices.as_slice()) {
-            (Some((slot, Variable::Row(table))), _, []) => {
-                (table, IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span })
-            }
+            (Some((slot, Variable::Row(table))), _, []) => (table, IndexProgram::of(IndexOp::Variable(slot), span)),
             (Some((_, Variable::RowOfNone)), _, []) => return None,
             (None, Some(Entity::Table(table)), [row]) => (table, self.index(*row, scope)),
             (None, Some(Entity::Table(_)), _) => {
@@ -468,7 +466,7 @@ impl<'a> Compiler<'a> {
     }
 
     fn empty(&self, span: Span) -> BinderKind {
-        let bound = |value| IndexProgram { form: IndexForm::Constant(value), span };
+        let bound = |value: i64| IndexProgram::of(IndexOp::Number(Number::from(value)), span);
         BinderKind::Range { from: bound(1), to: bound(0) }
     }
 }

@@ -57,7 +57,7 @@ impl Compiler<'_> {
                 ExprKind::Field { base, field } => match self.field(*base, field, scope) {
                     Some(Field { table, row, column }) => {
                         // The row's program stands in front of the operation that pops its value.
-                        ops.extend(row.into_ops());
+                        ops.extend(row.ops);
                         (IndexOp::Field { table, column }, vec![])
                     }
                     None => (IndexOp::Broken, vec![]),
@@ -92,7 +92,7 @@ impl Compiler<'_> {
             tasks.push(Task::Emit(op, span));
             tasks.extend(children.iter().rev().map(|child| self.expected(*child, logical)));
         }
-        IndexProgram::from_ops(ops, file.expr(root).span)
+        IndexProgram::new(ops, file.expr(root).span)
     }
 
     fn index_name(&mut self, name: &str, span: Span, scope: &Scope) -> IndexOp {
@@ -190,7 +190,13 @@ impl Compiler<'_> {
 }
 
 impl IndexProgram {
-    fn from_ops(ops: Vec<(IndexOp, Span)>, span: Span) -> Self {
+    /// A single operation.
+    pub(super) fn of(op: IndexOp, span: Span) -> Self {
+        Self::new(vec![(op, span)], span)
+    }
+
+    /// Operations as they stand.
+    pub(super) fn new(ops: Vec<(IndexOp, Span)>, span: Span) -> Self {
         let form = match ops.as_slice() {
             [(IndexOp::Number(n), _)] => n.to_i64().map(IndexForm::Constant),
             [(IndexOp::Variable(slot), _)] => Some(IndexForm::Shifted { slot: *slot, shift: 0 }),
@@ -203,22 +209,6 @@ impl IndexProgram {
             }
             _ => None,
         };
-        Self { form: form.unwrap_or(IndexForm::General(ops)), span }
-    }
-
-    fn into_ops(self) -> Vec<(IndexOp, Span)> {
-        let span = self.span;
-        let number = |n: i64| (IndexOp::Number(Number::from(n)), span);
-        match self.form {
-            IndexForm::Constant(n) => vec![number(n)],
-            IndexForm::Shifted { slot, shift: 0 } => vec![(IndexOp::Variable(slot), span)],
-            IndexForm::Shifted { slot, shift } => {
-                vec![(IndexOp::Variable(slot), span), number(shift), (IndexOp::Sum([false, false].into()), span)]
-            }
-            IndexForm::RowField { table, slot, column } => {
-                vec![(IndexOp::Variable(slot), span), (IndexOp::Field { table, column }, span)]
-            }
-            IndexForm::General(ops) => ops,
-        }
+        Self { ops, form: form.unwrap_or(IndexForm::General), span }
     }
 }

@@ -60,7 +60,7 @@ impl World {
                 let field = self.field(*table, row, *column, program.span)?;
                 Ok(Quantity::Exact(field.clone()))
             }
-            IndexForm::General(ops) => self.run_index(ops, slots, program.span),
+            IndexForm::General => self.run_index(&program.ops, slots, program.span),
         }
     }
 
@@ -70,28 +70,19 @@ impl World {
         let within = |n: &i64| n.unsigned_abs() < i64::MAX.unsigned_abs() / 4;
         let span = program.span;
         let far = |value: String| ModelError::TooLarge { count: format!("indices like {value}"), span };
-        match &program.form {
-            IndexForm::Constant(value) => Some(*value).filter(within).ok_or_else(|| far(value.to_string())),
-            IndexForm::Shifted { slot, shift } => {
-                let value = slots.get(*slot).copied().unwrap_or(0).saturating_add(*shift);
-                Some(value).filter(within).ok_or_else(|| far(value.to_string()))
+        let not = |value: String| ModelError::NotAnInteger { value, span };
+        match self.quantity(program, slots)? {
+            Quantity::Exact(number) if number.is_integer() => {
+                number.to_i64().filter(within).ok_or_else(|| far(short(&number)))
             }
-            IndexForm::RowField { .. } | IndexForm::General(_) => {
-                let not = |value: String| ModelError::NotAnInteger { value, span };
-                match self.quantity(program, slots)? {
-                    Quantity::Exact(number) if number.is_integer() => {
-                        number.to_i64().filter(within).ok_or_else(|| far(short(&number)))
-                    }
-                    Quantity::Exact(number) => Err(not(short(&number))),
-                    Quantity::Enclosed(ball) => {
-                        let (near, whole) = (ball.mid_f64(), ball.mid_f64().round());
-                        let is_near = (ball - Ball::exact(whole)).contains_zero();
-                        let rounded = format!("what roots or functions make {whole} but for their rounding");
-                        Err(not(if is_near { rounded } else { near.to_string() }))
-                    }
-                    Quantity::Truth(_) | Quantity::Missing(_) => Err(not("a condition".to_owned())),
-                }
+            Quantity::Exact(number) => Err(not(short(&number))),
+            Quantity::Enclosed(ball) => {
+                let (near, whole) = (ball.mid_f64(), ball.mid_f64().round());
+                let is_near = (ball - Ball::exact(whole)).contains_zero();
+                let rounded = format!("what roots or functions make {whole} but for their rounding");
+                Err(not(if is_near { rounded } else { near.to_string() }))
             }
+            Quantity::Truth(_) | Quantity::Missing(_) => Err(not("a condition".to_owned())),
         }
     }
 

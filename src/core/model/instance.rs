@@ -202,11 +202,7 @@ impl Grid {
 impl IndexProgram {
     /// Whether it depends on an index variable of which this is true.
     pub(super) fn depends(&self, on: impl Fn(usize) -> bool) -> bool {
-        match &self.form {
-            IndexForm::Constant(_) => false,
-            IndexForm::Shifted { slot, .. } | IndexForm::RowField { slot, .. } => on(*slot),
-            IndexForm::General(ops) => ops.iter().any(|(op, _)| matches!(op, IndexOp::Variable(slot) if on(*slot))),
-        }
+        self.ops.iter().any(|(op, _)| matches!(op, IndexOp::Variable(slot) if on(*slot)))
     }
 
     /// How many of so many index variables it takes to know it, one at least.
@@ -235,9 +231,9 @@ impl World {
             IndexForm::Constant(_) => Some(0),
             IndexForm::Shifted { slot, .. } => steps.get(*slot).copied(),
             IndexForm::RowField { .. } => None,
-            IndexForm::General(ops) => {
+            IndexForm::General => {
                 let further: Vec<i64> = slots.iter().zip(steps).map(|(value, step)| value + step).collect();
-                let linear = further.len() == slots.len() && is_linear(ops, steps);
+                let linear = further.len() == slots.len() && is_linear(&index.ops, steps);
                 let ends = linear.then(|| [slots, &further].map(|slots| self.integer(index, slots)));
                 // Whole at both ends of a step, so whole after any number of them.
                 let [Ok(here), Ok(there)] = ends? else { return None };
@@ -252,7 +248,7 @@ impl World {
         let simple = |index: &IndexProgram| match &index.form {
             _ if !index.moves(steps) => Some(0),
             IndexForm::Shifted { slot, .. } => steps.get(*slot).copied(),
-            IndexForm::Constant(_) | IndexForm::RowField { .. } | IndexForm::General(_) => None,
+            IndexForm::Constant(_) | IndexForm::RowField { .. } | IndexForm::General => None,
         };
         match &binder.kind {
             BinderKind::Rows(_) => Some(0),

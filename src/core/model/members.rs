@@ -3,7 +3,7 @@
 use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::names::{Block, Key, key};
-use super::program::{Binder, IndexForm, IndexOp, IndexProgram, Op, Program};
+use super::program::{Binder, IndexOp, IndexProgram, Op, Program};
 use super::values::Value;
 use super::{ModelError, units};
 use crate::expr::ExprId;
@@ -48,12 +48,8 @@ pub(super) fn reads_names(program: &Program) -> bool {
                 Op::Read { .. } => return true,
                 Op::SumOver(sum) => todo.push(&sum.body),
                 Op::Integral(_, body) => todo.push(body),
-                Op::Number(number) => {
-                    if let IndexForm::General(ops) = &number.form
-                        && ops.iter().any(|(op, _)| matches!(op, IndexOp::Parameter { .. }))
-                    {
-                        return true;
-                    }
+                Op::Number(number) if number.ops.iter().any(|(op, _)| matches!(op, IndexOp::Parameter { .. })) => {
+                    return true;
                 }
                 _ => {}
             }

@@ -95,12 +95,13 @@ impl BinderKind {
 /// A compiled index, bound or condition.
 #[derive(Clone, Debug)]
 pub(super) struct IndexProgram {
+    pub(super) ops: Vec<(IndexOp, Span)>,
     pub(super) form: IndexForm,
     pub(super) span: Span,
 }
 
-/// The frequent forms are kept apart, since they are run once an instance of a sum.
-#[derive(Clone, Debug)]
+/// The frequent forms are told apart, since they are run once an instance of a sum.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum IndexForm {
     Constant(i64),
     /// An index variable plus a constant.
@@ -114,7 +115,7 @@ pub(super) enum IndexForm {
         slot: usize,
         column: usize,
     },
-    General(Vec<(IndexOp, Span)>),
+    General,
 }
 
 /// One operation on the stack of exact numbers.

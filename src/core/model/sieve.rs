@@ -11,7 +11,7 @@ use std::cmp::Ordering;
 use super::ModelError;
 use super::index::{Quantity, is_so};
 use super::names::World;
-use super::program::{Binder, IndexForm, IndexOp, IndexProgram};
+use super::program::{Binder, IndexOp, IndexProgram};
 use super::run::MOST_INSTANCES;
 use crate::order::Order;
 use crate::precision::{Function, Interval, Scalar};
@@ -122,13 +122,11 @@ impl World {
 
 impl Sieve {
     fn new(world: &World, number: usize, filter: &IndexProgram, range: (i64, i64)) -> Option<Self> {
-        let IndexForm::General(ops) = &filter.form else { return None };
+        let ops = &filter.ops;
         let count =
             usize::try_from(range.1 - range.0 + 1).ok().filter(|count| (LEAST_VALUES..=MOST_VALUES).contains(count))?;
-        let program = |piece: &Piece| IndexProgram {
-            form: IndexForm::General(ops.get(piece.from..piece.to).unwrap_or_default().to_vec()),
-            span: filter.span,
-        };
+        let program =
+            |piece: &Piece| IndexProgram::new(ops.get(piece.from..piece.to).unwrap_or_default().to_vec(), filter.span);
         let (mut inner, mut outer) = (Vec::new(), Vec::new());
         let mut pieces: Vec<Piece> = Vec::new();
         for (at, (op, _)) in ops.iter().enumerate() {
@@ -172,7 +170,7 @@ impl Sieve {
         let mut own =
             Self { filter: number, steps: whole.steps, outer, first: range.0, points, width, order, boxes: Vec::new() };
         // The index itself divides only where there is nothing else: boxes are to be small in space.
-        let plain = |program: &IndexProgram| matches!(&program.form, IndexForm::General(ops) if matches!(ops.as_slice(), [(IndexOp::Variable(_), _)]));
+        let plain = |program: &IndexProgram| matches!(program.ops.as_slice(), [(IndexOp::Variable(_), _)]);
         let mut axes: Vec<usize> = (0..inner.len()).filter(|k| !plain(&inner[*k])).collect();
         if axes.is_empty() {
             axes.push(inner.len());
@@ -281,8 +279,7 @@ fn told(condition: Interval) -> Option<bool> {
 }
 
 fn is_condition(program: &IndexProgram) -> bool {
-    let IndexForm::General(ops) = &program.form else { return false };
-    let last = ops.last().map(|(op, _)| op);
+    let last = program.ops.last().map(|(op, _)| op);
     matches!(last, Some(IndexOp::Compare(_) | IndexOp::Not | IndexOp::And(_) | IndexOp::Or(_)))
 }
 

@@ -13,7 +13,7 @@ use super::compile::{Compiler, Scope};
 use super::coordinates::numbered_slopes;
 use super::instance::{Instance, Leaf};
 use super::names::{Entity, Key, SymbolKind, World};
-use super::program::{Binder, IndexForm, IndexProgram, Op, Program};
+use super::program::{Binder, IndexOp, IndexProgram, Op, Program};
 use super::run::Stop;
 use super::table::Cell;
 use super::values::Value;
@@ -189,9 +189,9 @@ pub(super) fn forces(
         part.filters.extend(filter.map(|filter| (filter.known_after(most), filter)));
         part.binders = binders;
     }
-    let at = |slot| IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span };
+    let at = |slot| IndexProgram::of(IndexOp::Variable(slot), span);
     let read = Op::Read { entity: acts_on, indices: (0..part.binders.len()).map(at).collect() };
-    let constant = |key: &Key| IndexProgram { form: IndexForm::Constant(key[0]), span };
+    let constant = |key: &Key| IndexProgram::of(IndexOp::Number(Number::from(key[0])), span);
     let member = |key: &Key| (Op::Read { entity: acts_on, indices: [constant(key)].into() }, span);
     let ops = match listed {
         Some(keys) => keys.iter().map(member).chain([(Op::Vector(keys.len()), span)]).collect(),
