@@ -126,15 +126,8 @@ impl Grid {
             let least = std::array::from_fn(|axis| block.lower[axis].max(other.lower[axis]));
             (block.contains(&least) && other.contains(&least)).then_some((least, other.span))
         });
-        if shared.is_some() {
-            return shared;
-        }
-        if self.singles.len() < block.len() {
-            let inside = self.singles.iter().filter(|(at, _)| block.contains(at));
-            inside.map(|(at, (_, span))| (*at, *span)).min()
-        } else {
-            block.keys().find_map(|at| self.singles.get(&at).map(|(_, span)| (at, *span)))
-        }
+        let inside = self.singles.iter().filter(|(at, _)| block.contains(at));
+        shared.or_else(|| inside.map(|(at, (_, span))| (*at, *span)).min())
     }
 
     /// Smallest and largest value of the index behind `prefix`, over all members.
