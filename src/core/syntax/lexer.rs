@@ -164,21 +164,16 @@ impl<'s> Lexer<'s> {
         kind
     }
 
-    fn word(&mut self) -> TokenKind {
-        while self.at < self.end {
-            let byte = self.source.as_bytes()[self.at];
-            if byte.is_ascii_alphanumeric() || byte == b'_' {
-                self.at += 1;
-            } else if byte.is_ascii() {
-                break;
-            } else {
-                match self.character() {
-                    Some(c) if is_word_rest(c) => self.at += c.len_utf8(),
-                    _ => break,
-                }
-            }
+    /// As far as the characters go on so.
+    fn run(&mut self, kind: TokenKind, goes_on: impl Fn(&char) -> bool) -> TokenKind {
+        while let Some(c) = self.character().filter(&goes_on) {
+            self.at += c.len_utf8();
         }
-        TokenKind::Word
+        kind
+    }
+
+    fn word(&mut self) -> TokenKind {
+        self.run(TokenKind::Word, |c| is_word_rest(*c))
     }
 
     fn quoted(&mut self) -> TokenKind {
@@ -190,11 +185,7 @@ impl<'s> Lexer<'s> {
 
     fn illegal(&mut self, first: char) -> TokenKind {
         let group = script_group(first);
-        let goes_on = |c: &char| *c == first || (group != 0 && script_group(*c) == group);
-        while let Some(c) = self.character().filter(goes_on) {
-            self.at += c.len_utf8();
-        }
-        TokenKind::Illegal
+        self.run(TokenKind::Illegal, |c| *c == first || (group != 0 && script_group(*c) == group))
     }
 
     /// `\dot{x}`, `\frac{1}{2}`: a backslash, a word and what belongs to it in braces.
