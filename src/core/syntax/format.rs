@@ -121,16 +121,9 @@ impl<'f> Formatter<'_, 'f> {
 
     /// The pieces of a statement, in the printer's room.
     fn pieces(&mut self, statement: &'f Statement) -> &mut Pieces<'f> {
+        self.printer.plus_minus = if self.ascii_sign(statement) { "+/-" } else { "±" };
         self.printer.out().clear();
         self.printer.statement(statement);
-        if self.ascii_sign(statement) {
-            for piece in &mut self.printer.out().list {
-                if matches!(piece, Piece::Token(text) if text == "±") {
-                    *piece = Piece::Token("+/-".into());
-                }
-            }
-            self.printer.out().measure();
-        }
         self.printer.out()
     }
 

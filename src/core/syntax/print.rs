@@ -115,6 +115,8 @@ pub(super) struct Printer<'f, S> {
     out: S,
     stack: Vec<Job<'f>>,
     next: Vec<Job<'f>>,
+    /// The sign before an uncertainty.
+    pub(super) plus_minus: &'static str,
 }
 
 /// The expression in the language's own syntax.
@@ -170,7 +172,7 @@ pub fn print_file(file: &File) -> String {
 
 impl<'f, S: Sink<'f>> Printer<'f, S> {
     pub(super) fn new(file: &'f File, out: S) -> Self {
-        Self { file, out, stack: Vec::new(), next: Vec::new() }
+        Self { file, out, stack: Vec::new(), next: Vec::new(), plus_minus: "±" }
     }
 
     /// What has been written to.

@@ -39,13 +39,6 @@ impl<'f> Pieces<'f> {
     pub(super) fn flat(&self, at: usize) -> &str {
         self.list.get(at).map_or("", Piece::flat)
     }
-
-    /// Takes the widths again after a change.
-    pub(super) fn measure(&mut self) {
-        let list = std::mem::take(&mut self.list);
-        self.clear();
-        list.into_iter().for_each(|piece| self.put(piece));
-    }
 }
 
 impl<'f> Sink<'f> for Pieces<'f> {

@@ -82,7 +82,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             self.value(value);
         }
         if let Some(uncertainty) = binding.uncertainty {
-            self.between(Break::Fill, "±");
+            self.between(Break::Fill, self.plus_minus);
             self.put_expr(uncertainty);
         }
     }
