@@ -138,9 +138,7 @@ fn accelerated(source: &str, line: &[Token]) -> Option<String> {
 
 /// `x^2 + y^2 = 1`: an equation of more than a name on its left, without accelerations; one that follows a `constraint` may
 /// belong to it.
-fn constraint_without_word(source: &str, line: &[Token], statement: &str) -> Option<SyntaxError> {
-    let equals = line.iter().position(|own| own.kind == TokenKind::Equals)?;
-    let (left, right) = (line.get(..equals)?, line.get(equals + 1..)?);
+fn constraint_without_word(source: &str, [left, right]: [&[Token]; 2], statement: &str) -> Option<SyntaxError> {
     let mut depth = 0_usize;
     let is_sum = left.iter().any(|own| {
         match own.kind {
@@ -161,13 +159,11 @@ fn constraint_without_word(source: &str, line: &[Token], statement: &str) -> Opt
     let text = |span: Span| source.get(span.range()).map(str::trim);
     let name = text(left.first()?.span().to(left.last()?.span()))?.to_owned();
     let fix = format!("constraint {name} = {}", text(right.first()?.span().to(right.last()?.span()))?);
-    Some(SyntaxError::MissingStatementWord { name, fix: Some(fix), declared: None, span: line.first()?.span() })
+    Some(SyntaxError::MissingStatementWord { name, fix: Some(fix), declared: None, span: left.first()?.span() })
 }
 
 /// `x(0) = 1`, `x[1]'(0) = 0`: a line that begins with a declared name and gives its value at the time 0.
-fn initial_value(source: &str, line: &[Token]) -> Option<SyntaxError> {
-    let equals = line.iter().position(|own| own.kind == TokenKind::Equals)?;
-    let (left, right) = (line.get(..equals)?, line.get(equals + 1..)?);
+fn initial_value(source: &str, [left, right]: [&[Token]; 2]) -> Option<SyntaxError> {
     let [name @ .., open, zero, close] = left else { return None };
     let is_zero = [open, zero, close].map(|own| own.text(source)) == ["(", "0", ")"];
     let first = name.first().filter(|first| is_zero && is_declared(source, first.start, first.text(source)))?;
@@ -177,9 +173,8 @@ fn initial_value(source: &str, line: &[Token]) -> Option<SyntaxError> {
 }
 
 /// `x = 0`, `x[1]' = 0`: a line that begins with a coordinate and gives it a value.
-fn value_of_coordinate(source: &str, line: &[Token]) -> Option<SyntaxError> {
-    let equals = line.iter().position(|own| own.kind == TokenKind::Equals)?;
-    let (first, members) = line.get(..equals)?.split_first()?;
+fn value_of_coordinate(source: &str, left: &[Token]) -> Option<SyntaxError> {
+    let (first, members) = left.split_first()?;
     let (last, inside) = members.split_last().map_or((None, members), |(last, rest)| (Some(last), rest));
     let members = if last.is_some_and(|own| own.kind == TokenKind::Prime) { inside } else { members };
     let in_brackets = match members {
@@ -189,7 +184,7 @@ fn value_of_coordinate(source: &str, line: &[Token]) -> Option<SyntaxError> {
     };
     let plain = |own: &Token| matches!(own.kind, TokenKind::Number | TokenKind::Word | TokenKind::Comma);
     let plain = members.iter().all(|own| plain(own) || matches!(own.kind, TokenKind::Open | TokenKind::Close));
-    let span = first.span().to(line.get(equals - 1)?.span());
+    let span = first.span().to(left.last()?.span());
     let name = source.get(span.range())?.to_owned();
     (in_brackets && plain).then_some(SyntaxError::MissingStatementWord {
         name,
@@ -220,7 +215,9 @@ fn of_another_language(
         let is_certain = line.iter().any(|own| own.kind == TokenKind::Prime);
         return Some(SyntaxError::UnknownStatement { word: word.to_owned(), suggestion, is_certain, span });
     }
-    if let Some(error) = initial_value(source, &line) {
+    let equals = line.iter().position(|own| own.kind == TokenKind::Equals);
+    let sides = equals.and_then(|at| Some([line.get(..at)?, line.get(at + 1..)?]));
+    if let Some(error) = sides.and_then(|sides| initial_value(source, sides)) {
         return Some(error);
     }
     let gives = |own: &Token| own.kind == TokenKind::Equals || own.text(source) == "==";
@@ -229,6 +226,6 @@ fn of_another_language(
     {
         return Some(SyntaxError::EquationOfMotion { coordinate, span });
     }
-    let value = if is_coordinate { value_of_coordinate(source, &line) } else { None };
-    value.or_else(|| constraint_without_word(source, &line, statement))
+    let value = sides.filter(|_| is_coordinate).and_then(|[left, _]| value_of_coordinate(source, left));
+    value.or_else(|| constraint_without_word(source, sides?, statement))
 }
