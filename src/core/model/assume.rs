@@ -39,11 +39,7 @@ impl Elaborator<'_> {
     pub(super) fn assumption(&mut self, at: ExprRef) -> Option<Vec<Assumption>> {
         let span = self.file.expr(at).span;
         let ExprKind::Compare { operator: relation, left, right } = self.file.expr(at).kind else { return None };
-        let before = self.errors.len();
-        let programs = [left, right].map(|side| self.compiler().value(side, &mut Scope::default()));
-        if self.errors.len() > before {
-            return None;
-        }
+        let programs = self.compiled(&[left, right], &Scope::default())?;
         let sides = programs.iter().map(|program| Some(self.value_of(program, &[])?.scalars()));
         let sides = sides.collect::<Option<Vec<_>>>()?;
         let count = sides.iter().map(Vec::len).max()?;

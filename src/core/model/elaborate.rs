@@ -261,14 +261,7 @@ impl<'a> Elaborator<'a> {
     fn constraint(&mut self, sides: [ExprRef; 2], indices: Option<&Indices>, span: Span) -> Option<Vec<Constraint>> {
         let name = Name { text: "constraint".into(), span };
         let members = self.members(indices, &name)?;
-        let before = self.errors.len();
-        let programs = sides.map(|side| {
-            let mut scope = members.scope.clone();
-            self.compiler().value(side, &mut scope)
-        });
-        if self.errors.len() > before {
-            return None;
-        }
+        let programs = self.compiled(&sides, &members.scope)?;
         let mut found = Vec::new();
         for at in members.keys() {
             let mut value = |program| self.value_of(program, &at[..members.rank]);

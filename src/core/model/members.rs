@@ -8,7 +8,7 @@ use super::values::Value;
 use super::{ModelError, units};
 use crate::expr::ExprId;
 use crate::span::Span;
-use crate::syntax::{IndexKind, Indices, Name, UnitRef};
+use crate::syntax::{ExprRef, IndexKind, Indices, Name, UnitRef};
 
 /// More members than this in one family are refused.
 const MOST_MEMBERS: usize = 20_000_000;
@@ -124,6 +124,13 @@ impl Elaborator<'_> {
     /// The same where the right side is in that unit: where it names no quantity.
     pub(super) fn unit_factor(&mut self, unit: Option<UnitRef>, program: &Program) -> Option<ExprId> {
         self.factor(unit).filter(|_| !reads_names(program))
+    }
+
+    /// The programs of some expressions, if none of them has a mistake.
+    pub(super) fn compiled(&mut self, all: &[ExprRef], scope: &Scope) -> Option<Vec<Program>> {
+        let before = self.errors.len();
+        let programs = all.iter().map(|at| self.compiler().value(*at, &mut scope.clone())).collect();
+        (self.errors.len() == before).then_some(programs)
     }
 
     /// The value of a program for some values of its indices.

@@ -87,32 +87,24 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Option<()> {
         let members = self.members(indices, &Name { text: "draw".into(), span })?;
-        let before = self.errors.len();
-        let compiled = points.iter().map(|point| {
-            let mut scope = members.scope.clone();
-            (self.compiler().value(*point, &mut scope), self.file.expr(*point).span)
-        });
-        let programs: Vec<_> = compiled.collect();
-        if self.errors.len() > before {
-            return None;
-        }
+        let programs = self.compiled(points, &members.scope)?;
         if drawn != Drawn::Point && points.len() < 2 {
             let what = format!("a {0} has two ends: `draw {0} a, b`", drawn.as_str());
             return self.refuse(ModelError::shape((what, None), span));
         }
         for at in members.keys().into_iter().take(most) {
             let mut positions: Vec<Vec<ExprId>> = Vec::new();
-            for (program, span) in &programs {
+            for program in &programs {
                 let value = self.value_of(program, &at[..members.rank])?;
                 let position = value.components("").ok().filter(|own| matches!(own.len(), 2 | 3));
                 let Some(position) = position else {
                     let shape = value.describe();
                     let what = format!("what is drawn is a vector of two or three components, but this is {shape}");
-                    return self.refuse(ModelError::shape((what, None), *span));
+                    return self.refuse(ModelError::shape((what, None), program.span));
                 };
                 if !self.rests(&position) {
                     let what = "what is drawn has a place, but this has a velocity in it".to_owned();
-                    return self.refuse(ModelError::shape((what, None), *span));
+                    return self.refuse(ModelError::shape((what, None), program.span));
                 }
                 positions.push(position);
             }

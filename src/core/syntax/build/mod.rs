@@ -116,15 +116,7 @@ impl Builder {
                 let (binding, rate) = self.binding(pair)?;
                 StatementKind::Equilibrium { binding, rate }
             }
-            Rule::coord => {
-                let mut declarations = Vec::new();
-                for part in pair.into_inner() {
-                    if part.as_rule() == Rule::declaration {
-                        declarations.push(self.binding(part)?.0);
-                    }
-                }
-                StatementKind::Coord { declarations }
-            }
+            Rule::coord => StatementKind::Coord { declarations: self.bindings(pair)? },
             Rule::constraint => self.constraint(pair)?,
             Rule::draw => self.drawing(pair)?,
             Rule::assume => self.assumptions(pair),
@@ -198,8 +190,7 @@ impl Builder {
     /// The names of a `param` statement. A unit, and a value with its uncertainty, are those of the names before them
     /// that have none: `param m1, m2 : kg = 1, k : N/m = 5`.
     fn parameters(&mut self, pair: Pair<'_, Rule>) -> Result<Vec<Binding>, SyntaxError> {
-        let parts = pair.into_inner().filter(|part| part.as_rule() == Rule::parameter);
-        let mut bindings = parts.map(|part| Ok(self.binding(part)?.0)).collect::<Result<Vec<_>, SyntaxError>>()?;
+        let mut bindings = self.bindings(pair)?;
         let (mut unit, mut value) = (None, (None, None));
         for binding in bindings.iter_mut().rev() {
             if binding.value.is_some() {
@@ -210,6 +201,12 @@ impl Builder {
             (binding.value, binding.uncertainty) = value;
         }
         Ok(bindings)
+    }
+
+    /// The names that a `param` or a `coord` statement has between commas.
+    fn bindings(&mut self, pair: Pair<'_, Rule>) -> Result<Vec<Binding>, SyntaxError> {
+        let parts = pair.into_inner().filter(|part| matches!(part.as_rule(), Rule::parameter | Rule::declaration));
+        parts.map(|part| Ok(self.binding(part)?.0)).collect()
     }
 
     /// The parts of `param`, `let`, `force`, `guess`, `equilibrium` and of a name of `coord`; the flag is
