@@ -73,11 +73,7 @@ impl Block {
 
     /// All indices of the box, the last fastest.
     pub(super) fn keys(&self) -> impl Iterator<Item = Key> + '_ {
-        let [a, b, c] = [0, 1, 2].map(|axis| self.lower[axis]..=self.upper[axis]);
-        a.flat_map(move |i| {
-            let c = c.clone();
-            b.clone().flat_map(move |j| c.clone().map(move |k| [i, j, k]))
-        })
+        (0..self.len()).map(|offset| self.key(offset))
     }
 }
 
