@@ -6,11 +6,9 @@
 //! to tell it of a new form, so a new form of the language is a new major version of the crate.
 //! The arena packs them; an [`Expr`] is how one reads, and how it is put in.
 
-use crate::worded;
-use std::fmt::{self, Debug, Formatter};
-
 use super::arena::{Expressions, Units};
 use crate::span::Span;
+use crate::worded;
 
 /// Index of an expression in its [`File`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -307,35 +305,30 @@ pub enum ExprKind<'f> {
     Or(&'f [ExprRef]),
 }
 
-/// A term of a sum or a factor of a product, with the sign before it: in the highest bit of the reference.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Member(u32);
+/// A term of a sum or a factor of a product, with the sign before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Member {
+    inverted: bool,
+    value: ExprRef,
+}
 
 impl Member {
-    const INVERTED: u32 = 1 << 31;
-
     /// The term or factor `value`, with `-` or `/` before it if it is `inverted`.
     #[must_use]
     pub const fn new(inverted: bool, value: ExprRef) -> Self {
-        Self(if inverted { value.0 | Self::INVERTED } else { value.0 })
+        Self { inverted, value }
     }
 
     /// Whether `-` or `/` stands before it.
     #[must_use]
     pub const fn inverted(self) -> bool {
-        self.0 & Self::INVERTED != 0
+        self.inverted
     }
 
     /// The term or factor.
     #[must_use]
     pub const fn value(self) -> ExprRef {
-        ExprRef(self.0 & !Self::INVERTED)
-    }
-}
-
-impl Debug for Member {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{:?}", if self.inverted() { "inverted " } else { "" }, self.value())
+        self.value
     }
 }
 
