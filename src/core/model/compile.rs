@@ -3,7 +3,7 @@
 use super::ModelError;
 use super::functions::{Builtin, check_count};
 use super::names::{Entity, World};
-use super::program::{Binder, BinderKind, Field, IndexOp, IndexProgram, Op, Program, SumProgram};
+use super::program::{Binder, Field, IndexOp, IndexProgram, Op, Program, SumProgram};
 use super::survey::mentions;
 use crate::diagnostic::Meant;
 use crate::expr::ExprId;
@@ -421,19 +421,19 @@ impl<'a> Compiler<'a> {
     pub(super) fn binders(&mut self, indices: &Indices, scope: &mut Scope) -> (Vec<Binder>, Option<IndexProgram>) {
         let mut binders = Vec::new();
         for entry in &indices.entries {
-            let (name, variable, kind) = match &entry.kind {
+            let (name, variable, ends) = match &entry.kind {
                 IndexKind::Member(value) => {
                     let at = self.index(*value, scope);
-                    let kind = BinderKind::Range { from: at.clone(), to: at };
-                    (None, Variable::Index, kind)
+                    (None, Variable::Index, [at.clone(), at])
                 }
                 IndexKind::Range { variable, from, to } => {
-                    let from = self.index(*from, scope);
-                    let to = self.index(*to, scope);
-                    (variable.as_ref(), Variable::Index, BinderKind::Range { from, to })
+                    (variable.as_ref(), Variable::Index, [from, to].map(|end| self.index(*end, scope)))
                 }
                 IndexKind::Rows { variable, table } => match self.entity(&table.text) {
-                    Some(Entity::Table(number)) => (Some(variable), Variable::Row(number), BinderKind::Rows(number)),
+                    Some(Entity::Table(number)) => {
+                        let rows = rows(self.world.tables[number].rows(), entry.span);
+                        (Some(variable), Variable::Row(number), rows)
+                    }
                     other => {
                         if other.is_none() {
                             self.undeclared_table(&table.text, table.span, scope);
@@ -442,7 +442,7 @@ impl<'a> Compiler<'a> {
                             let help = format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text);
                             self.fail(ModelError::shape((what, Some(help)), table.span));
                         }
-                        (Some(variable), Variable::RowOfNone, self.empty(entry.span))
+                        (Some(variable), Variable::RowOfNone, rows(0, entry.span))
                     }
                 },
             };
@@ -451,7 +451,7 @@ impl<'a> Compiler<'a> {
             }
             // Every index has a slot, so that slots and indices count alike.
             scope.variables.push((name.map_or_else(String::new, |name| name.text.to_string()), variable));
-            binders.push(Binder { kind, span: entry.span });
+            binders.push(Binder { ends, span: entry.span });
         }
         let filter = indices.filter.map(|filter| self.condition(filter, scope));
         (binders, filter)
@@ -464,9 +464,10 @@ impl<'a> Compiler<'a> {
             self.fail(ModelError::IndexReusesName { name: name.text.to_string(), span: name.span, declared });
         }
     }
+}
 
-    fn empty(&self, span: Span) -> BinderKind {
-        let bound = |value: i64| IndexProgram::of(IndexOp::Number(Number::from(value)), span);
-        BinderKind::Range { from: bound(1), to: bound(0) }
-    }
+/// The ends of the rows of a table.
+fn rows(count: usize, span: Span) -> [IndexProgram; 2] {
+    let ends = [1, i64::try_from(count).unwrap_or(i64::MAX)];
+    ends.map(|end| IndexProgram::of(IndexOp::Number(Number::from(end)), span))
 }

@@ -7,7 +7,7 @@
 //! where something depends on the index in any other way.
 
 use super::names::{Grid, Key, World};
-use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram, Op};
+use super::program::{Binder, IndexForm, IndexOp, IndexProgram, Op};
 use crate::number::Number;
 
 /// Larger steps are left to runs of their own, so that nothing overflows.
@@ -250,10 +250,8 @@ impl World {
             IndexForm::Shifted { slot, .. } => steps.get(*slot).copied(),
             IndexForm::Constant(_) | IndexForm::RowField { .. } | IndexForm::General => None,
         };
-        match &binder.kind {
-            BinderKind::Rows(_) => Some(0),
-            BinderKind::Range { from, to } => simple(from).filter(|step| simple(to) == Some(*step)),
-        }
+        let [from, to] = &binder.ends;
+        simple(from).filter(|step| simple(to) == Some(*step))
     }
 }
 

@@ -79,7 +79,7 @@ impl Elaborator<'_> {
         let mut members =
             Members { rank, block: None, keys: Vec::new(), filter, scope, named, span: name.span.to(indices.span) };
         let single = indices.entries.iter().all(|entry| matches!(entry.kind, IndexKind::Member(_)));
-        let rectangular = binders.iter().all(|binder| binder.kind.is_fixed());
+        let rectangular = binders.iter().all(Binder::is_fixed);
         if rectangular && !single {
             let block = self.block(&binders, members.span)?;
             if members.filter.is_none() {

@@ -72,23 +72,14 @@ pub(super) struct SumProgram {
 /// One index of a sum: what it runs over. The slots follow the order of the indices.
 #[derive(Clone, Debug)]
 pub(super) struct Binder {
-    pub(super) kind: BinderKind,
+    pub(super) ends: [IndexProgram; 2],
     pub(super) span: Span,
 }
 
-#[derive(Clone, Debug)]
-pub(super) enum BinderKind {
-    Range { from: IndexProgram, to: IndexProgram },
-    Rows(usize),
-}
-
-impl BinderKind {
+impl Binder {
     /// Whether it runs over the same values whatever other indices are.
     pub(super) fn is_fixed(&self) -> bool {
-        match self {
-            Self::Range { from, to } => !from.varies() && !to.varies(),
-            Self::Rows(_) => true,
-        }
+        !self.ends.iter().any(IndexProgram::varies)
     }
 }
 

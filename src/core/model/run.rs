@@ -11,7 +11,7 @@ use super::functions::Builtin;
 use super::index::Quantity;
 use super::instance::{Along, Instance, Leaf};
 use super::names::World;
-use super::program::{Binder, BinderKind, Field, IndexProgram, Op, Program, SumProgram};
+use super::program::{Binder, Field, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
 use super::sieve::Left;
 use super::values::{self, Value};
@@ -454,19 +454,14 @@ impl World {
     /// How many values indices take whose ranges depend on no index.
     pub(super) fn fixed_count(&self, binders: &[Binder]) -> Option<u64> {
         binders.iter().try_fold(1_u64, |count, binder| {
-            let (from, to) = if binder.kind.is_fixed() { self.binder_range(binder, &[]).ok()? } else { return None };
+            let (from, to) = if binder.is_fixed() { self.binder_range(binder, &[]).ok()? } else { return None };
             Some(count.saturating_mul(u64::try_from(to - from + 1).unwrap_or(0)))
         })
     }
 
     pub(super) fn binder_range(&self, binder: &Binder, slots: &[i64]) -> Result<(i64, i64), ModelError> {
-        let range = match &binder.kind {
-            BinderKind::Range { from, to } => (self.integer(from, slots)?, self.integer(to, slots)?),
-            BinderKind::Rows(table) => {
-                let rows = self.tables[*table].rows();
-                (1, i64::try_from(rows).unwrap_or(i64::MAX))
-            }
-        };
+        let [from, to] = &binder.ends;
+        let range = (self.integer(from, slots)?, self.integer(to, slots)?);
         let count = range.1.saturating_sub(range.0).saturating_add(1);
         if u64::try_from(count).is_ok_and(|count| count > MOST_INSTANCES) {
             return Err(ModelError::TooLarge { count: format!("the {count} values of this range"), span: binder.span });

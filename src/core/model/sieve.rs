@@ -85,19 +85,17 @@ impl World {
             return Ok(None);
         };
         let (start, _) = self.binder_range(first, &[])?;
-        let outer_values = start..start.saturating_add_unsigned(outer);
-        let range = match &last.kind {
-            kind if !kind.is_fixed() => {
-                let mut hull: Option<(i64, i64)> = None;
-                for value in outer_values.clone() {
-                    let Ok((from, to)) = self.binder_range(last, &[value]) else { return Ok(None) };
-                    if from <= to {
-                        hull = Some(hull.map_or((from, to), |own| (own.0.min(from), own.1.max(to))));
-                    }
+        let range = if last.is_fixed() {
+            Some(self.binder_range(last, &[])?)
+        } else {
+            let mut hull: Option<(i64, i64)> = None;
+            for value in start..start.saturating_add_unsigned(outer) {
+                let Ok((from, to)) = self.binder_range(last, &[value]) else { return Ok(None) };
+                if from <= to {
+                    hull = Some(hull.map_or((from, to), |own| (own.0.min(from), own.1.max(to))));
                 }
-                hull
             }
-            _ => Some(self.binder_range(last, &[])?),
+            hull
         };
         let Some(range) = range else { return Ok(None) };
         let Some(sieve) = Sieve::new(self, filter, filters[filter].1, range) else { return Ok(None) };
