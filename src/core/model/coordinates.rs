@@ -72,22 +72,16 @@ struct Row {
 struct Names {
     name: String,
     rank: usize,
-    places: Places,
-}
-
-#[derive(Debug)]
-enum Places {
-    Box(Block),
-    Listed(Vec<Key>),
+    /// A full box, or the members one by one.
+    block: Option<Block>,
+    keys: Vec<Key>,
 }
 
 impl Names {
     fn member(&self, place: usize) -> String {
-        let at = match &self.places {
-            Places::Box(block) => block.key(place),
-            Places::Listed(keys) => keys.get(place).copied().unwrap_or_default(),
-        };
-        member_name(&self.name, self.rank, &at)
+        let block = self.block.as_ref().map(|block| block.key(place));
+        let at = block.or_else(|| self.keys.get(place).copied());
+        member_name(&self.name, self.rank, &at.unwrap_or_default())
     }
 }
 
@@ -161,7 +155,7 @@ impl Coordinates {
 
     /// Adds a coordinate by itself.
     pub(super) fn push(&mut self, name: String, span: Span, symbols: [Symbol; 2], unit: Option<&str>) {
-        let names = Arc::new(Names { name, rank: 0, places: Places::Listed(Vec::new()) });
+        let names = Arc::new(Names { name, rank: 0, block: None, keys: Vec::new() });
         let units = vec![unit.map(str::to_owned)];
         self.add(Row { first: self.count, names, span, symbols, units, factor: None }, 1);
     }
@@ -297,8 +291,7 @@ impl Elaborator<'_> {
         if let Some(members) = members.filter(|_| room.is_ok()) {
             let added = own.add(&members, base, false);
             self.note(added);
-            let places = members.block.map_or(Places::Listed(members.keys), Places::Box);
-            let names = Arc::new(Names { name: own.name.clone(), rank, places });
+            let names = Arc::new(Names { name: own.name.clone(), rank, block: members.block, keys: members.keys });
             let symbol = self.world.pool.fresh_symbols(2 * count, Arc::<Names>::clone(&names));
             self.world.kinds.rows.push((symbol, count, base));
             let symbols = [symbol, symbol.after(1)];
