@@ -181,7 +181,7 @@ impl Elaborator<'_> {
         if keys.len() > MOST_MEMBERS {
             return None;
         }
-        keys.into_iter().map(|key| Some((key, self.world.let_member(number, key, span, None).ok()?))).collect()
+        keys.into_iter().map(|key| Some((key, self.world.let_member(number, key, span).ok()?))).collect()
     }
 
     /// What is named like x, y and z, one of which moves.

@@ -88,7 +88,16 @@ impl World {
                 };
                 Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
             }
-            Entity::Let(family) => component(self.let_member(family, own, span, instance)?, rest, span),
+            Entity::Let(family) => {
+                let value = match instance {
+                    Some(instance) if rank > 0 => {
+                        let program = Arc::clone(&self.let_piece(family, &own, span)?.1.program);
+                        self.run(&program, &mut own[..rank].to_vec(), Some(instance))?
+                    }
+                    Some(_) | None => self.let_member(family, own, span)?,
+                };
+                component(value, rest, span)
+            }
             Entity::Table(_) => Err(Stop::WriteOut),
         }
     }
@@ -177,27 +186,15 @@ impl World {
         }
     }
 
-    pub(super) fn let_member(
-        &mut self,
-        family: usize,
-        at: Key,
-        span: Span,
-        instance: Option<&mut Instance>,
-    ) -> Result<Value, Stop> {
-        let rank = self.lets[family].family.grid.rank;
-        if let Some(instance) = instance
-            && rank > 0
-        {
-            let program = Arc::clone(&self.let_piece(family, &at, span)?.1.program);
-            let mut slots = at[..rank].to_vec();
-            return self.run(&program, &mut slots, Some(instance));
-        }
+    /// A member of a `let` family, written out.
+    pub(super) fn let_member(&mut self, family: usize, at: Key, span: Span) -> Result<Value, Stop> {
         if let Some(value) = self.lets[family].members.get(&at) {
             return Ok(value.clone());
         }
         if self.lets[family].recursive {
             self.write_out_up_to(family, at, span)?;
             let value = self.lets[family].members.get(&at).cloned();
+            let rank = self.lets[family].family.grid.rank;
             return value.ok_or_else(|| self.out_of_range(Entity::Let(family), &at[..rank], span));
         }
         self.write_out_member(family, at, span)
@@ -263,12 +260,7 @@ impl World {
     /// Writes out all members of a `let` family.
     pub(super) fn write_out_all(&mut self, family: usize, span: Span) -> Result<(), ModelError> {
         for at in self.lets[family].family.grid.keys() {
-            self.let_member(family, at, span, None).map_err(|stop| match stop {
-                Stop::Error(error) => *error,
-                Stop::WriteOut => {
-                    ModelError::RecursiveLet { name: self.lets[family].family.name.clone(), through: None, span }
-                }
-            })?;
+            self.let_member(family, at, span).map_err(|stop| stop.written_out(span))?;
         }
         Ok(())
     }

@@ -42,6 +42,17 @@ pub(super) enum Stop {
     WriteOut,
 }
 
+impl Stop {
+    /// The mistake of what is written out already.
+    pub(super) fn written_out(self, span: Span) -> ModelError {
+        match self {
+            Self::Error(error) => *error,
+            // Only runs with slots ask for it.
+            Self::WriteOut => ModelError::Undefined { what: "this".to_owned(), span, help: None },
+        }
+    }
+}
+
 impl From<ModelError> for Stop {
     fn from(error: ModelError) -> Self {
         Self::Error(Box::new(error))
@@ -158,11 +169,7 @@ impl World {
 
     /// Runs a program without slots; everything is written out.
     pub(super) fn run_written_out(&mut self, program: &Program, slots: &mut Vec<i64>) -> Result<Value, ModelError> {
-        self.run(program, slots, None).map_err(|stop| match stop {
-            Stop::Error(error) => *error,
-            // Only runs with slots ask for it.
-            Stop::WriteOut => ModelError::Undefined { what: "this".to_owned(), span: program.span, help: None },
-        })
+        self.run(program, slots, None).map_err(|stop| stop.written_out(program.span))
     }
 
     /// Finds out what an instance fills the slots with, and its signature, and for how many further ones it does so alike

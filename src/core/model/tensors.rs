@@ -54,7 +54,7 @@ impl Elaborator<'_> {
             }
             for (place, at) in self.world.lets[number].keys().into_iter().enumerate() {
                 // A member that can't be worked out and that no energy uses is not asked for here either.
-                let value = self.world.let_member(number, at, span, None);
+                let value = self.world.let_member(number, at, span);
                 let Some(entries) = value.ok().as_ref().and_then(three_by_three) else { break };
                 let rotations = rotations.get_or_insert_with(|| meant(self.file).0);
                 found.push(Tensor {
