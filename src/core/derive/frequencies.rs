@@ -204,7 +204,10 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         let more_symmetric = symmetry.order() > plain.order();
         let mut weight = |case: &Case| case.frequencies.iter().map(|f| pool.weight(f.omega_squared)).sum::<u64>();
         let general = &result.general;
-        let better = found.known() > general.known() || (found.known() > 0 && weight(&found) < weight(general));
+        let named = |case: &Case| case.frequencies.iter().filter(|own| own.symmetry.is_some()).count();
+        let better = found.known() > general.known()
+            || named(&found) > named(general)
+            || found.known() > 0 && weight(&found) < weight(general);
         result.tied = Some(found).filter(|_| more_symmetric || better);
     }
 
