@@ -9,6 +9,14 @@ fn latex(text: &str) -> String {
 }
 
 #[test]
+fn signs_in_filters_are_none_of_a_relation() {
+    let read = |text: &str| Notation::new(["x"]).read_relation(text).map(|own| own.latex());
+    let sum = r"V = \sum_{i = 1}^{3} \sum_{j = 1,\, i < j}^{3} x_{j}";
+    assert_eq!(read("V = sum(i in 1..3, j in 1..3 where i < j, x[j])").as_deref(), Some(sum));
+    assert_eq!(read("a = b, if c <= d").as_deref(), Some(r"a = b \quad \text{if } c \leq d"));
+}
+
+#[test]
 fn what_a_physicist_writes() {
     for (text, expected) in [
         ("1/2*m*l^2*phi[1]'^2", r"\frac{1}{2} m l^{2} \dot{\varphi}_{1}^{2}"),

@@ -65,7 +65,7 @@ impl Notation {
             (" = ", Sign::Comparison(Comparison::Equal)),
         ];
         for (between, sign) in SIGNS {
-            if let Some((left, right)) = text.split_once(between) {
+            if let Some((left, right)) = split_outside(text, between) {
                 let mut parts = vec![self.read_relation(left)?, Formula::Sign(sign)];
                 match self.read_relation(right)? {
                     Formula::Relation(more) => parts.extend(more),
@@ -271,6 +271,21 @@ impl Notation {
         }
         body
     }
+}
+
+/// What stands before and behind a sign outside of brackets: filters of sums have signs, too.
+fn split_outside<'a>(text: &'a str, sign: &str) -> Option<(&'a str, &'a str)> {
+    let mut depth = 0_usize;
+    let is_between = |(at, byte): &(usize, u8)| {
+        match byte {
+            b'(' | b'[' => depth += 1,
+            b')' | b']' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        depth == 0 && text.as_bytes()[*at..].starts_with(sign.as_bytes())
+    };
+    let (at, _) = text.bytes().enumerate().find(is_between)?;
+    text.split_at_checked(at).map(|(left, right)| (left, &right[sign.len()..]))
 }
 
 /// A number that is written as digits and nothing else.
