@@ -12,7 +12,7 @@ use super::page::{assumption_texts, condition_text, conserved_because, left_out}
 use super::{Written, damping, zero_motions};
 use librate_core::derive::{
     CHAPTERS, Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves, Role,
-    StabilityCondition, Tangent,
+    Tangent,
 };
 use librate_core::expr::ExprId;
 use librate_core::linearize::Linearized;
@@ -215,6 +215,7 @@ fn chapter(field: &str) -> Option<&str> {
         "energy_function" => Some("hamiltonian"),
         "force_vanishes" => Some("equilibria"),
         "exponents_complete" => Some("exponents"),
+        "stability_sufficient" => Some("stability"),
         own if CHAPTERS.contains(&own) => Some(own),
         _ => Some("frequencies"),
     }
@@ -291,17 +292,23 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     });
     fields.push(("exponents", lines(exponents)));
     fields.push(("exponents_complete", found.complete.to_string()));
-    let conditions = |own: &Vec<StabilityCondition>| array(own.iter().map(|own| expression(page, own.positive)));
-    fields.push(("stability", found.stability.as_ref().map_or_else(null, conditions)));
-    if found.stability.iter().flatten().any(|own| own.role == Role::Sufficient) {
+    let conditions = || found.stability.as_ref().map(|all| all.iter().map(|own| own.positive).collect::<Vec<_>>());
+    let conditions = found.stability_exact.clone().or_else(conditions);
+    fields.push(("stability", conditions.map_or_else(null, |all| expressions(page, &all))));
+    let is_sufficient = found.stability.iter().flatten().any(|own| own.role == Role::Sufficient);
+    if is_sufficient && found.stability_exact.is_none() {
         fields.push(("stability_sufficient", true.to_string()));
     }
     // With rotation and forces together exponents are no pairs ±s.
     let paired = linear.gyroscopic.is_none() || linear.circulatory.is_none();
-    if linear.frequencies.is_none() && linear.damping.is_none() && paired {
-        let squares = found.squares_of_frequencies(&mut page.pool.clone());
+    let squares = found.squares_of_frequencies(&mut page.pool.clone());
+    let is_open =
+        linear.frequencies.as_ref().is_none_or(|own| own.best().frequencies.is_empty() && !squares.is_empty());
+    if is_open && linear.damping.is_none() && paired {
         let count: usize = squares.iter().map(|(_, multiplicity)| multiplicity).sum();
-        fields.push(("frequencies_complete", (found.complete && count == linear.mass.len()).to_string()));
+        // There are fewer than coordinates where some have no inertia.
+        let all = characteristic.map_or(2 * linear.mass.len(), |all| all.len() - 1);
+        fields.push(("frequencies_complete", (found.complete && 2 * count == all).to_string()));
         let squares = squares.iter().map(|(text, multiplicity)| {
             format!("{{\"omega_squared\": {}, \"multiplicity\": {multiplicity}}}", string(text))
         });

@@ -6,7 +6,9 @@ use crate::common::model;
 use librate::derive::{Derivation, Parts, derive};
 use librate::expr::{ExprId, Tape};
 use librate::linearize::linearize;
+use librate::modes::{Options, Stability};
 use librate::number::Number;
+use librate::oscillation::normal_modes;
 use librate::precision::Ball;
 use librate::report::{Style, derive_text};
 
@@ -199,16 +201,31 @@ fn stability_at_zero_is_excluded() {
 /// Friction of each of three dampers is more than is needed.
 #[test]
 fn conditions_that_are_too_strong_are_told() {
-    let of = |dampers: [&str; 3]| {
-        let [a, b, c] = dampers;
-        let own = page(&format!(
+    let text = |[a, b, c]: [&str; 3]| {
+        format!(
             "param k = 1, c1 = 1, c2 = 1, c3 = 1/100  coord x[1..3]  T = 1/2*dot(x', x')
              V = 1/2*k*(x[1]^2 + (x[2] - x[1])^2 + (x[3] - x[2])^2 + x[3]^2)
              dissipation = 1/2*({a}*x[1]'^2 + {b}*x[2]'^2 + {c}*x[3]'^2)"
-        ));
-        let found = own.linear.unwrap().exponents.unwrap().stability.unwrap();
+        )
+    };
+    let of = |dampers: [&str; 3]| {
+        let found = page(&text(dampers)).linear.unwrap().exponents.unwrap().stability.unwrap();
         found.iter().filter(|one| format!("{:?}", one.role) == "Sufficient").count()
     };
+    // Long ones beside them are necessary, too.
+    let own = page(&text(["c1", "c2", "c3"]));
+    let exact = own.linear.as_ref().unwrap().exponents.as_ref().unwrap().stability_exact.as_ref().unwrap();
+    let mut seen = [0, 0];
+    for (c1, c2) in (-3..6).flat_map(|a| (-3..6).map(move |b| (a, b))) {
+        let (c1, c2, c3) = (f64::from(c1) / 8.0, f64::from(c2) / 16.0, 0.01);
+        let values = [("k", 1.0), ("c1", c1), ("c2", c2), ("c3", c3)];
+        let holds = exact.iter().all(|one| at(&own, *one, &values) > 0.0);
+        let numbers = text([&c1.to_string(), &c2.to_string(), "c3"]);
+        let modes = normal_modes(&linearize(model(&numbers)).unwrap(), &Options::default()).unwrap();
+        assert_eq!(holds, modes.stability == Stability::Stable, "{c1} {c2}");
+        seen[usize::from(holds && (c1 < 0.0 || c2 < 0.0))] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 3), "{seen:?}");
     assert_eq!((of(["c1", "c2", "c3"]), of(["c1", "c1", "2*c1"])), (3, 0));
     // Two dampers of three may do, which short conditions tell.
     assert_eq!(of(["c1*c2", "c1^2*c2", "c1*c2"]), 0);

@@ -70,6 +70,16 @@ pub(super) struct Factored {
     signs: Signs,
 }
 
+/// What has to be positive for stability.
+pub(super) struct Conditions {
+    /// As a page has it.
+    pub(super) all: Vec<StabilityCondition>,
+    /// Whether that tells of special values of the parameters, too.
+    pub(super) settled: bool,
+    /// What is necessary and sufficient, where the others are only sufficient, and shorter.
+    pub(super) exact: Vec<ExprId>,
+}
+
 impl Factored {
     pub(super) fn new(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Option<Self> {
         if linear.mass.len() > MOST_IN_ALL {
@@ -201,14 +211,13 @@ impl Factored {
         Some(all)
     }
 
-    /// What has to be positive for stability, and whether that tells of special values of the parameters, too; `None` where it is not
-    /// written out.
+    /// What has to be positive for stability; `None` where it is not written out.
     pub(super) fn stability(
         &self,
         checker: &Checker<'_>,
         pool: &mut Algebra<'_>,
         linear: &Linear,
-    ) -> Option<(Vec<StabilityCondition>, bool)> {
+    ) -> Option<Conditions> {
         // M > 0 is taken for granted, unless the values say otherwise.
         let is_negative = |pool: &mut Algebra<'_>, i: usize| checker.is_negative(pool, linear.mass[i][i]) == Some(true);
         if (0..linear.mass.len()).any(|i| is_negative(pool, i)) {
@@ -217,13 +226,19 @@ impl Factored {
         let by_energy =
             (linear.damping.is_some() && linear.mass.len() > FEW).then(|| by_energy(checker, pool, linear)).flatten();
         let is_needed = |own: &StabilityCondition| own.role != Role::Sufficient;
+        let of_energy = |all, exact| Some(Conditions { all, settled: false, exact });
         if by_energy.as_ref().is_some_and(|all| all.iter().all(is_needed)) {
-            return Some((by_energy?, false));
+            return of_energy(by_energy?, Vec::new());
         }
         let exact = self.by_signs(checker, pool, linear);
         let mut is_short = |own: &StabilityCondition| pool.weight_of(&[own.positive]) <= MOST_BESIDE_ENERGY;
-        let exact = exact.filter(|(all, _)| by_energy.is_none() || all.iter().all(&mut is_short));
-        exact.or_else(|| Some((by_energy?, false)))
+        match (exact, by_energy) {
+            (Some((long, _)), Some(all)) if !long.iter().all(&mut is_short) => {
+                of_energy(all, long.iter().map(|own| own.positive).collect())
+            }
+            (Some((all, settled)), _) => Some(Conditions { all, settled, exact: Vec::new() }),
+            (None, all) => of_energy(all?, Vec::new()),
+        }
     }
 
     /// The same from the signs of what Routh and Hurwitz have, or of discriminants.
@@ -451,7 +466,7 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
         .into_iter()
         .map(|own| StabilityCondition { role, ..StabilityCondition::new(signed(pool, &pervasive.ring, &own), None) });
     let mut found: Vec<StabilityCondition> = own.collect();
-    found.extend(parts.stability(checker, pool, &undamped)?.0);
+    found.extend(parts.stability(checker, pool, &undamped)?.all);
     agreeing(checker, pool, found)
 }
 

@@ -41,6 +41,8 @@ pub struct Exponents {
     /// What has to be positive for stability: together necessary and sufficient; M is taken to be positive definite, exponents that
     /// are 0 whatever the parameters are do not count. `None` where that is not written out.
     pub stability: Option<Vec<StabilityCondition>>,
+    /// What together is necessary and sufficient, where `stability` has conditions that are shorter and only sufficient.
+    pub stability_exact: Option<Vec<ExprId>>,
     /// Whether what holds always, or never, by these does so for special values of the parameters, too, at which a square is 0.
     pub settled: bool,
     /// What has been done to the exponents since.
@@ -154,8 +156,10 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
     }
     // Of equal parameters nothing is told of others.
     let stability = parts.filter(|_| is_general).and_then(|parts| parts.stability(checker, pool, linear));
-    if let Some((conditions, settled)) = stability {
-        (own.stability, own.settled) = (Some(conditions), settled);
+    if let Some(found) = stability {
+        own.settled = found.settled;
+        own.stability_exact = Some(found.exact).filter(|all| !all.is_empty());
+        own.stability = Some(found.all);
     }
     own
 }

@@ -194,7 +194,7 @@ impl Exponents {
             self.merge(pool);
         }
         self.characteristic = None;
-        self.stability = None;
+        (self.stability, self.stability_exact) = (None, None);
         self.approximations.push(done.clone());
     }
 
