@@ -64,6 +64,7 @@ fn what_is_wrong_with_a_matrix_is_named_with_its_line() {
         (format!("{header}3 3 1\n1 4 2\n"), 3, "`4` is not in 1..3"),
         (format!("{header}3 3 1\n1 1.5 2\n"), 3, "`1.5` is not in 1..3"),
         (format!("{header}3 3 1\n1 1 two\n"), 3, "`two` is no number"),
+        (format!("{header}3 3 1\n1 1 .\n"), 3, "`.` is no number"),
         (format!("{header}3 3 1\n1 1\n"), 3, "row, column and value"),
         (format!("{header}3 3 2\n% one\n1 1 2\n"), 4, "1 entries where 2 are announced"),
         (format!("{header}3 3 18446744073709551615\n1 1 2\n"), 3, "1 entries where"),

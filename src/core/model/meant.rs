@@ -54,12 +54,13 @@ impl Compiler<'_> {
             known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
             known.extend(scope.integrated.iter().map(|(name, _)| name.as_str()));
         }
+        known.retain(|own| !own.is_empty());
         known.put_in_order();
         let written: Vec<String> = indices.iter().map(|index| print_expr(self.file, *index)).collect();
         let behind = if written.is_empty() { String::new() } else { format!("[{}]", written.join(", ")) };
         let same = |name: &str| {
             let spelt = spelling(name);
-            let own = known.iter().find(|own| !own.is_empty() && spelling(own) == spelt);
+            let own = known.iter().find(|own| spelling(own) == spelt);
             own.map(|own| format!("{own}{behind}")).or_else(|| self.member(name, indices))
         };
         let dotted = match name {

@@ -216,6 +216,9 @@ pub(super) fn parse_field(field: &str) -> Option<Number> {
         Some(at) => (&digits[..at], &digits[at..]),
         None => (digits, ""),
     };
+    if mantissa == "." {
+        return None;
+    }
     let mut plain = String::with_capacity(digits.len() + 2);
     if mantissa.starts_with('.') {
         plain.push('0');

@@ -406,7 +406,7 @@ impl<'a> Inference<'a> {
 
     fn is_angle(&self, unit: UnitRef) -> bool {
         match self.file.unit(unit).kind {
-            UnitKind::Name(name) => name.ends_with("rad") || name == "deg",
+            UnitKind::Name(name) => name.ends_with("rad") || name == "deg" || name == "rev",
             UnitKind::One | UnitKind::Product(_) | UnitKind::Power { .. } => false,
         }
     }
