@@ -1,5 +1,6 @@
 //! Stability charts as CSV and as a picture.
 
+use super::json::number;
 use super::picture::{Axis, Cell, Panel, Picture, Sample};
 use super::{csv_text, with_unit};
 use librate_studies::chart::{Border, Chart, Place};
@@ -26,7 +27,7 @@ pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>], digits: usize) -> String {
                 Some(stable) => [stable.to_string(), written(place.growth_rate)],
                 None => [String::new(), String::new()],
             };
-            [a.to_string(), b.to_string(), stable, growth]
+            [number(*a), number(*b), stable, growth]
         })
     });
     let [first, second] = chart.names();
@@ -36,7 +37,7 @@ pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>], digits: usize) -> String {
 /// A line for each place where stable and unstable meet: both parameters.
 #[must_use]
 pub fn borders_csv(chart: &Chart, borders: &[Border]) -> String {
-    csv_text(chart.names(), borders.iter().map(|border| border.at.map(|value| value.to_string())))
+    csv_text(chart.names(), borders.iter().map(|border| border.at.map(number)))
 }
 
 /// The chart as an SVG picture: the first parameter to the right, the second one up; the darker, the faster the growth.

@@ -44,15 +44,23 @@ struct Axis {
     range: Range,
     /// Its ends in SI.
     in_si: [f64; 2],
-    /// Its ends in the unit that the parameter is declared with.
-    declared: [f64; 2],
+    /// Its values in the unit that the parameter is declared with.
+    values: Vec<f64>,
 }
 
 impl Axis {
-    /// The value at a place between two ends.
-    fn value(&self, [from, to]: [f64; 2], place: f64) -> f64 {
-        let last = self.range.len().saturating_sub(1).max(1) as f64;
+    /// The value in SI at a place.
+    fn in_si(&self, place: f64) -> f64 {
+        let [from, to] = self.in_si;
+        let last = self.values.len().saturating_sub(1).max(1) as f64;
         from + (to - from) * (place / last)
+    }
+
+    /// The value at a place, in the unit that the parameter is declared with.
+    fn value(&self, place: f64) -> f64 {
+        let share = place.fract();
+        let [from, to] = [place, place.ceil()].map(|at| self.values.get(at as usize).copied().unwrap_or(f64::NAN));
+        if share == 0.0 { from } else { from + (to - from) * share }
     }
 }
 
@@ -136,8 +144,8 @@ impl Chart {
                 return Err(bad(range, reason));
             }
             numbers.push(number);
-            let declared = [0, range.len() - 1].map(|place| range.value(place).unwrap_or(f64::NAN));
-            axes.push(Axis { range: range.clone(), in_si: [from, to], declared });
+            let values = (0..range.len()).map(|place| range.value(place).unwrap_or(f64::NAN)).collect();
+            axes.push(Axis { range: range.clone(), in_si: [from, to], values });
         }
         let [first, second] = [axes.remove(0), axes.remove(0)];
         let mut driven = Driven::new(&model, &numbers)?;
@@ -201,8 +209,7 @@ impl Chart {
     /// The values along a parameter (0 or 1), in the unit that it is declared with.
     #[must_use]
     pub fn values(&self, axis: usize) -> Vec<f64> {
-        let Some(own) = self.axes.get(axis) else { return Vec::new() };
-        (0..own.range.len()).map(|at| own.value(own.declared, at as f64)).collect()
+        self.axes.get(axis).map_or_else(Vec::new, |own| own.values.clone())
     }
 
     /// A work space for one thread.
@@ -288,9 +295,9 @@ impl Worker<'_> {
                 }
             }
         }
-        let value = |axis: usize, place: f64| self.chart.axes[axis].value(self.chart.axes[axis].declared, place);
+        let [a, b] = &self.chart.axes;
         let places = found.iter().map(Search::middle);
-        places.map(|[first, second]| Border { at: [value(0, first), value(1, second)] }).collect()
+        places.map(|[first, second]| Border { at: [a.value(first), b.value(second)] }).collect()
     }
 
     /// What the model does at places between the first and the last of both ranges.
@@ -305,7 +312,7 @@ impl Worker<'_> {
     /// `None` where there is no period.
     fn start(&mut self, place: [f64; 2]) -> Option<Start> {
         let [first, second] = &self.chart.axes;
-        let values = [first.value(first.in_si, place[0]), second.value(second.in_si, place[1])];
+        let values = [first.in_si(place[0]), second.in_si(place[1])];
         let mut state = self.chart.start.evaluate(&values, &mut self.scratch);
         if state.is_empty() {
             return None;

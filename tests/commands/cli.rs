@@ -353,18 +353,22 @@ fn a_chart_as_table_and_picture() {
     assert_eq!(lines[0], "a,q,stable,growth_rate");
     assert_eq!(lines.len(), 1 + 7 * 3);
     // exp(t) without a drive at a = -1; a = 1, q = 1 is in the first tongue, a = 2, q = 1 beside it.
-    let rate = lines[1].strip_prefix("-1,0,false,").unwrap();
+    let rate = lines[1].strip_prefix("-1.0,0.0,false,").unwrap();
     assert!((rate.parse::<f64>().unwrap() - 1.0).abs() < 1e-13, "{rate}");
-    assert!(lines[8].starts_with("1,1,false,4.534535"), "{}", lines[8]);
-    assert_eq!(lines[11], "2,1,true,0e0");
+    assert!(lines[8].starts_with("1.0,1.0,false,4.534535"), "{}", lines[8]);
+    assert_eq!(lines[11], "2.0,1.0,true,0e0");
     let picture = std::fs::read_to_string(svg).unwrap();
     assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n"));
     assert!(picture.matches("<rect").count() > 3);
     let borders = std::fs::read_to_string(borders).unwrap();
     // a_1(1), from below; a_0(1) and b_1(1) are both between 0 and -1.
-    let a1 = borders.lines().find(|line| line.ends_with(",1")).unwrap();
+    let a1 = borders.lines().find(|line| line.ends_with(",1.0")).unwrap();
     let a1: f64 = a1.split_once(',').unwrap().0.parse().unwrap();
     assert!((a1 - 1.859_108_072_514_364).abs() < 1e-12, "{a1}");
+    // Values are the doubles of a sweep.
+    let table = printed(&["floquet", "models/mathieu.lag", "--map", "a=1..3:4", "q=0..0:1"]);
+    let values: Vec<&str> = table.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
+    assert_eq!(values, ["1.0", "1.6666666666666667", "2.3333333333333335", "3.0"]);
 }
 
 #[test]
