@@ -95,6 +95,47 @@ fn chains_have_resonances_and_antiresonances_in_turn() {
     assert!(of(PeakKind::Antiresonance, &found[11]).is_empty());
 }
 
+/// Absorbers without friction hold the mass that they are on, and what only it moves, at their own frequencies, whatever friction acts on the others
+/// (J. P. Den Hartog, Mechanical Vibrations, §3.2).
+#[test]
+fn absorbers_hold_damped_masses() {
+    let text = |m: &str| {
+        format!(
+            "param m = {m}  coord x, y  T = 3/2*x'^2 + 1/2*m*y'^2  V = 5/2*x^2 + 1/2*1.3*(y - x)^2
+            dissipation = 0.2*x'^2"
+        )
+    };
+    for (m, place) in [("0.7", (1.3_f64 / 0.7).sqrt()), ("1.3", 1.0)] {
+        let [x, y] = &peaks(&text(m), Some("x"), "omega=0..5")[..] else { panic!() };
+        assert!(x.undecided.is_empty() && y.undecided.is_empty() && of(PeakKind::Antiresonance, y).is_empty());
+        let [resting] = of(PeakKind::Antiresonance, x)[..] else { panic!("{x:?}") };
+        is(&resting, place);
+        assert!(x.found.iter().any(|own| own.kind == PeakKind::Antiresonance && own.amplitude == Some(Ball::ZERO)));
+    }
+    let driven = format!("param W = 1  {}  force x = cos(W*t) + 3*sin(W*t)  period 2*pi/W", text("0.7"));
+    is(&of(PeakKind::Antiresonance, &peaks(&driven, None, "W=1/10..5")[0])[0], (1.3_f64 / 0.7).sqrt());
+    // Two on the first of two damped masses: their frequencies are 2 and 3.
+    let text = "coord x[1..2], a, b  T = 1/2*(x[1]'^2 + x[2]'^2 + a'^2 + b'^2)
+        V = x[1]^2 + 2*(x[2] - x[1])^2 + 2*(a - x[1])^2 + 9/2*(b - x[1])^2
+        dissipation = 0.1*x[1]'^2 + 0.2*x[2]'^2 + 0.3*(x[2] - x[1])'^2";
+    for input in ["x[1]", "x[2]"] {
+        for (output, found) in peaks(text, Some(input), "omega=0..6").iter().enumerate() {
+            let resting = of(PeakKind::Antiresonance, found);
+            // An absorber is held by the other one alone; the second mass, where it is driven, by none.
+            let wanted: &[f64] = match (input, output) {
+                ("x[2]", 1) => &[],
+                (_, 0 | 1) => &[2.0, 3.0],
+                ("x[1]", 2) => &[3.0],
+                ("x[1]", _) => &[2.0],
+                _ => continue,
+            };
+            assert!(found.undecided.is_empty());
+            assert_eq!(resting.len(), wanted.len(), "{input} {found:?}");
+            resting.iter().zip(wanted).for_each(|(place, wanted)| is(place, *wanted));
+        }
+    }
+}
+
 /// Coriolis forces without friction: both circular frequencies are poles of x and y, between them x rests and y does not.
 #[test]
 fn gyroscopic_resonances_are_found() {

@@ -3,8 +3,8 @@
 //! The slope of |x|² over the range is 2 Re(x* x'), with x' from a second elimination (`solve`). Where it excludes 0 over a whole piece of the range,
 //! nothing is missed there; other pieces are halved (branch and bound) until what is left is so narrow that the signs at its ends decide: from
 //! rising to falling is a maximum. Without friction x is real, and where its sign changes the maximum is a pole if 1/x is finite throughout, and
-//! the minimum a zero if x is. Pieces without a change that can't be excluded are reported, not passed over: a mode that the force does not excite
-//! makes the linear system singular, too.
+//! the minimum a zero if x is; with friction it is one where a factor of x that is real changes its sign. Pieces without a change that can't
+//! be excluded are reported, not passed over: a mode that the force does not excite makes the linear system singular, too.
 
 use librate_core::worded;
 use std::collections::VecDeque;
@@ -372,7 +372,12 @@ impl Search<'_> {
             }
             return if is_top { of(PeakKind::Resonance, None) } else { of(PeakKind::Antiresonance, Some(Ball::ZERO)) };
         }
-        let square = Self::levels().find_map(|level| self.square(piece, level))?;
+        let Some(square) = Self::levels().find_map(|level| self.square(piece, level)) else {
+            let is_finite = |level| self.eliminated(piece, level, false).is_some();
+            let vanishes = |level| self.vanishes(piece, level) == Some(true);
+            let rests = !is_top && Self::levels().any(vanishes) && Self::levels().any(is_finite);
+            return if rests { of(PeakKind::Antiresonance, Some(Ball::ZERO)) } else { None };
+        };
         let amplitude = Some(square.sqrt());
         if !is_top {
             return of(PeakKind::Minimum, amplitude);
@@ -405,6 +410,20 @@ impl Search<'_> {
         let response = || matrices.response(&force.omega[0], &force.forces, &[self.output])?.pop();
         let found = if is_reciprocal { matrices.reciprocal(&force, self.output) } else { response() }?;
         Some(Complex::new(found.re.to_ball(), found.im.to_ball()))
+    }
+
+    /// Whether x, if finite, is proved to be 0 somewhere in a piece.
+    fn vanishes(&self, piece: &Piece, level: Option<usize>) -> Option<bool> {
+        match level {
+            None => self.vanishes_in(&self.system.balls, piece),
+            Some(level) => self.vanishes_in(self.system.level(level)?, piece),
+        }
+    }
+
+    fn vanishes_in<S: Enclosure>(&self, matrices: &Matrices<S>, piece: &Piece) -> Option<bool> {
+        let [from, to] =
+            piece.each_ref().map(|end| Some(self.force(matrices, &[end.clone(), end.clone()])?.omega[0].clone()));
+        matrices.vanishes(&self.force(matrices, piece)?, [&from?, &to?], self.output)
     }
 
     /// |x|² at a maximum or minimum in a piece, by the mean value theorem, where its digits are decided.

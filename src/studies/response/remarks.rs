@@ -57,7 +57,7 @@ impl Peaks {
         let more = self.undecided.len().saturating_sub(MOST);
         let more = if more > 0 { format!(" and at {more} more places") } else { String::new() };
         let message = format!("peaks of {} are not decided at {parameter} {}{more}", self.coordinate, named.join(", "));
-        let help = "without friction this happens at modes that the force does not excite or that do not move this coordinate; with many modes, a shorter range helps; elsewhere no peak is missed";
+        let help = "this happens at modes without friction that the force does not excite or that do not move this coordinate, and where friction leaves a coordinate at rest; with many modes, a shorter range helps; elsewhere no peak is missed";
         (!named.is_empty()).then(|| Diagnostic::remark(message).with_help(help))
     }
 }

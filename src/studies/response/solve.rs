@@ -4,7 +4,7 @@
 //! came along with it; nothing is estimated. Rows stand in an order that keeps the matrix narrow, and zeros outside its band are never
 //! touched: a chain takes as many operations as it has masses. Where D is 0 all is real, so that a phase is exactly 0 or pi.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use faer::c64;
 use librate_core::linearize::{Linearized, Precise, Units};
@@ -379,6 +379,57 @@ impl<S: Enclosure> Matrices<S> {
         Some(if turned { Complex::new(found.im, found.re.neg()) } else { found })
     }
 
+    /// Whether the response of a coordinate, if finite, is proved to be 0 between two frequencies. To a force in one row it is a multiple of the
+    /// determinant without that row and the column of the output (Cramer's rule). With the other column in place of this one, strongly
+    /// connected blocks have determinants for factors, of which one without friction is real and may change its sign.
+    pub(super) fn vanishes(&self, force: &Slope<S>, ends: [&S; 2], output: usize) -> Option<bool> {
+        let is_zero = |own: &Complex<S>| own.re.is_exact_zero() && own.im.is_exact_zero();
+        let right = self.right(&force.forces)?;
+        let mut driven = (0..self.order).filter(|row| !is_zero(&right[*row]));
+        let (Some(input), None) = (driven.next(), driven.next()) else { return None };
+        let [(output, _)] = self.shares(output)?[..] else { return None };
+        let minor = self.entries.iter().filter(|own| own.row != input && own.column != output).cloned();
+        let renamed =
+            |own: Coefficient<S>| Coefficient { column: if own.column == input { output } else { own.column }, ..own };
+        let minor: Vec<Coefficient<S>> = minor.map(renamed).collect();
+        let [mut ahead, mut back] = [vec![Vec::new(); self.order], vec![Vec::new(); self.order]];
+        for own in &minor {
+            ahead[own.row].push(own.column);
+            back[own.column].push(own.row);
+        }
+        let mut left: BTreeSet<usize> = (0..self.order).filter(|row| *row != input).collect();
+        while let Some(first) = left.first() {
+            let [ahead, back] = [&ahead, &back].map(|links| BTreeSet::from_iter(levels(links, *first)));
+            let block: Vec<usize> = ahead.intersection(&back).copied().collect();
+            left.retain(|row| !ahead.contains(row) || !back.contains(row));
+            let place = |at: usize| block.binary_search(&at).ok();
+            let own = |own: &Coefficient<S>| {
+                Some(Coefficient { row: place(own.row)?, column: place(own.column)?, ..own.clone() })
+            };
+            let entries: Vec<Coefficient<S>> = minor.iter().filter_map(own).collect();
+            if entries.iter().all(|own| own.velocity.is_exact_zero()) {
+                let mut own = Self { order: block.len(), entries, places: Vec::new(), ..self.clone() };
+                own.arrange();
+                if let [Some(from), Some(to)] = ends.map(|omega| own.is_positive(&own.rate(omega)))
+                    && from != to
+                {
+                    return Some(true);
+                }
+            }
+        }
+        None
+    }
+
+    /// The sign of the determinant of -ω²M + S.
+    fn is_positive(&self, omega: &S) -> Option<bool> {
+        let square = omega.mul(omega);
+        let rows = self.rows(S::exact(0.0, self.precision), |own| entry(own, omega, &square).re);
+        let right = vec![Vec::new(); self.order];
+        let (rows, _, is_odd) = rows.eliminated(right, S::certain_size, self.precision)?;
+        let is_negative = |k: &usize| rows.rows[*k][rows.place(*k, *k)].is_negative();
+        Some((0..self.order).filter(is_negative).count() % 2 == usize::from(is_odd))
+    }
+
     /// A frequency in units of the matrices.
     fn rate(&self, omega: &S) -> S {
         self.units.as_ref().map_or_else(|| omega.clone(), |units| omega.times_power_of_two(-units.rate()))
@@ -471,15 +522,16 @@ impl<T: Entry> Rows<T> {
         (column as isize - self.starts[row]).max(0) as usize
     }
 
-    /// Solutions for right sides, each of as many numbers as there are; `size` is positive for what may be divided by. `None` where no
-    /// pivot is left.
-    fn solve(
+    /// The triangular matrix and right sides, each of as many numbers as there are, that row exchanges lead to, and whether their number
+    /// is odd; `size` is positive for what may be divided by. `None` where no pivot is left.
+    fn eliminated(
         mut self,
         mut right: Vec<Vec<T>>,
         size: impl Fn(&T) -> f64,
         precision: T::Precision,
-    ) -> Option<Vec<Vec<T>>> {
+    ) -> Option<(Self, Vec<Vec<T>>, bool)> {
         let n = self.rows.len();
+        let mut is_odd = false;
         for k in 0..n {
             let last = (k + self.below).min(n - 1);
             let mut best = (k, 0.0);
@@ -493,6 +545,7 @@ impl<T: Entry> Rows<T> {
             if own <= 0.0 {
                 return None;
             }
+            is_odd ^= pivot != k;
             self.rows.swap(k, pivot);
             self.starts.swap(k, pivot);
             right.swap(k, pivot);
@@ -515,8 +568,14 @@ impl<T: Entry> Rows<T> {
                 subtract(&mut rest_right[row - k - 1], pivot_right, &factor);
             }
         }
-        for k in (0..n).rev() {
-            let (row, rest) = self.rows[k][self.place(k, k)..].split_first()?;
+        Some((self, right, is_odd))
+    }
+
+    /// Solutions for right sides.
+    fn solve(self, right: Vec<Vec<T>>, size: impl Fn(&T) -> f64, precision: T::Precision) -> Option<Vec<Vec<T>>> {
+        let (own, mut right, _) = self.eliminated(right, size, precision)?;
+        for k in (0..own.rows.len()).rev() {
+            let (row, rest) = own.rows[k][own.place(k, k)..].split_first()?;
             let (own, below) = right.split_at_mut(k + 1);
             let own = own.last_mut()?;
             for (entry, x) in rest.iter().zip(below.iter()) {
