@@ -121,9 +121,18 @@ fn corners_are_told() {
     assert_eq!(wedge.equilibrium.mid_f64(), 1.0);
     let pressed = period("coord x  T = 1/2*x'^2  V = x^2 + abs(x)", &amplitude("1"), 10);
     assert!(pressed.corner && pressed.small.is_none());
+    // Flat on one side: half of a harmonic motion about -1, and the time from -5/2 to -2 and back of one about 0.
+    for (text, time) in [
+        ("V = 1/2*x^2 + abs(x + 1)", std::f64::consts::PI + 2.0 * 0.8_f64.acos()),
+        ("param k = 0.3  V = k*(1/2*x^2 + abs(x + 1))", (std::f64::consts::PI + 2.0 * 0.8_f64.acos()) / 0.3_f64.sqrt()),
+    ] {
+        let flat = period(&format!("coord x  T = 1/2*x'^2  {text}"), &amplitude("1.5"), 10);
+        assert!(flat.corner && (flat.period.mid_f64() - time).abs() < 1e-14 * time, "{:?}", flat.period);
+    }
     for text in [
         "coord x  T = 1/2*x'^2  V = x^4 - abs(x)",
         "coord x  T = 1/2*x'^2  V = abs(x) - x",
+        "coord x  T = 1/2*x'^2  V = abs(x) - x - x^3",
         "coord x  T = 1/2*x'^2  V = abs(x)  equilibrium x = 1/7",
         "coord x  T = 1/2*x'^2  V = abs(x) + 2*x",
         "param k  coord x  T = 1/2*x'^2  V = k*abs(x)",

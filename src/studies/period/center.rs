@@ -1,22 +1,25 @@
 //! The equilibrium that a motion is about: that of the linearized model, or a corner of U.
 
-use super::energies::Energies;
-use super::panel::{Field, Kink};
-use librate_core::expr::{ExprId, Pool};
+use super::energies::{Energies, Kinked};
+use super::panel::Kink;
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
 use librate_core::linearize::{Linearized, Origin, Units, evaluate_closed};
 use librate_core::model::{Givens, Model};
+use librate_core::number::Number;
 use librate_core::order::Order;
 use librate_core::precision::{Ball, Big, Enclosure};
 
 /// Slopes on the two sides of a corner are computed with so many bits.
 const BITS_OF_CORNERS: usize = 256;
+/// On one side of a corner so many derivatives of U are computed.
+const MOST_DERIVATIVES: usize = 8;
 
 /// An equilibrium.
 #[derive(Clone, Debug)]
 pub(super) enum Center {
     /// Of small oscillations, or at least where these are searched for.
     Linearized(Linearized),
-    /// Where the slope of U jumps from a negative to a positive value: a minimum without a stiffness.
+    /// Where the slope of U jumps from a negative to a positive value, or one of them is 0: a minimum without a stiffness.
     Corner(Corner),
 }
 
@@ -94,14 +97,13 @@ impl Corner {
     /// where there is none, or where values of parameters are missing.
     pub(super) fn find(model: &Model, energies: &mut Energies) -> Option<Self> {
         let own = energies.kinked(None);
-        let kinks = own.kinks;
-        let tape = own.tape?;
+        let q = energies.coordinate;
         let value = |from: &Givens| from.get(0)?.value;
         let (given, start) = (value(&model.equilibria), value(&model.guesses));
         let pool = &mut energies.pool;
         let from = given.or(start).unwrap_or_else(|| pool.zero());
         let mut places: Vec<(f64, ExprId)> = Vec::new();
-        for Kink { place, .. } in &kinks {
+        for Kink { place, .. } in &own.kinks {
             let way = pool.sub(*place, from);
             let there = pool.vanishes(way);
             let way = evaluate_closed::<Ball>(pool, way, ())?;
@@ -110,28 +112,37 @@ impl Corner {
             }
         }
         places.order_by(|a, b| a.0.total_cmp(&b.0));
-        let numbers = |place: ExprId| evaluate_closed::<Big>(pool, place, BITS_OF_CORNERS);
-        let mut field = Field::new(
-            &tape,
-            &super::shape().ok()?,
-            kinks.iter().map(|kink| kink.evaluated(pool, BITS_OF_CORNERS)).collect::<Option<Vec<_>>>()?,
-            BITS_OF_CORNERS,
-        );
-        let (_, place) =
-            places.into_iter().find(|(_, place)| numbers(*place).is_some_and(|at| is_minimum(&mut field, &at)))?;
+        let (_, place) = places.into_iter().find(|(_, place)| is_minimum(pool, &own, q, *place))?;
         Some(Self { model: model.clone(), place, pool: pool.clone() })
     }
 }
 
-/// Whether U certainly falls before a position and rises behind it.
-fn is_minimum(field: &mut Field<Big>, at: &Big) -> bool {
-    let slopes = [-1.0, 1.0].map(|side| {
-        let span = field.free_way(at, side)?;
-        field.hold(at, &span);
-        let (potential, _) = field.expand(at, &field.number(1.0), 2);
-        field.release();
-        potential.get(1).cloned()
+/// Whether U certainly falls before a position and rises behind it, with a slope that jumps there; on one side a later derivative may be
+/// the first that is not 0.
+fn is_minimum(pool: &mut Pool, own: &Kinked, q: Symbol, place: ExprId) -> bool {
+    let orders = [-1, 1].map(|side: i64| {
+        let mut here = Substitution::new();
+        for (kink, sign) in own.kinks.iter().zip(&own.signs) {
+            let way = pool.sub(place, kink.place);
+            let way = if pool.vanishes(way) { pool.number(Number::from(side)) } else { way };
+            let inside = pool.mul(way, kink.slope);
+            let is_negative = is_negative(pool, inside)?;
+            here.insert(*sign, pool.number(Number::from(if is_negative { -1 } else { 1 })));
+        }
+        let mut slope = pool.substitute_one(own.potential, &here);
+        let here = Substitution::from([(q, place)]);
+        (1..=MOST_DERIVATIVES).find_map(|order| {
+            slope = pool.diff(slope, q);
+            let value = pool.substitute_one(slope, &here);
+            let falls = (!pool.vanishes(value)).then(|| is_negative(pool, value))?;
+            Some((falls == Some(side < 0 && order % 2 == 1)).then_some(order))
+        })?
     });
-    let [Some(before), Some(behind)] = slopes else { return false };
-    Enclosure::is_negative(&before) && Enclosure::is_positive(&behind)
+    matches!(orders, [Some(1), Some(_)] | [Some(_), Some(1)])
+}
+
+/// The sign of a constant, where that is decided.
+fn is_negative(pool: &Pool, value: ExprId) -> Option<bool> {
+    let value = evaluate_closed::<Big>(pool, value, BITS_OF_CORNERS)?;
+    (Enclosure::is_negative(&value) || Enclosure::is_positive(&value)).then(|| Enclosure::is_negative(&value))
 }

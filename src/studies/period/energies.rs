@@ -45,6 +45,9 @@ pub(super) struct Kinked {
     /// U and M from the coordinate, the signs and E; `None` where a parameter is left.
     pub(super) tape: Option<Tape>,
     pub(super) kinks: Vec<Kink<ExprId>>,
+    /// U with these signs.
+    pub(super) potential: ExprId,
+    pub(super) signs: Vec<Symbol>,
 }
 
 /// Refuses what has no period by energy conservation in one coordinate, before anything is computed.
@@ -117,9 +120,9 @@ impl Energies {
         });
         let kinks = kinks.collect::<Option<Vec<_>>>().unwrap_or_default();
         let (roots, signs) = if kinks.is_empty() { (&roots[..], &[][..]) } else { (&smooth[..], &signs[..]) };
-        let signs = signs.iter().map(|(_, sign)| *sign);
-        let inputs: Vec<Symbol> = [q].into_iter().chain(signs).chain([self.energy]).collect();
-        Kinked { tape: Tape::compile(pool, roots, &inputs).ok(), kinks }
+        let signs: Vec<Symbol> = signs.iter().map(|(_, sign)| *sign).collect();
+        let inputs = [&[q], &signs[..], &[self.energy]].concat();
+        Kinked { tape: Tape::compile(pool, roots, &inputs).ok(), kinks, potential: roots[0], signs }
     }
 
     /// Whether U and M are the same with q0 + x and q0 - x.

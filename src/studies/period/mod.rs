@@ -190,7 +190,7 @@ impl Oscillator {
 
     fn about(center: Center, mut energies: Energies) -> Result<Self, PeriodError> {
         let place = center.exactly(&energies.pool);
-        let Kinked { tape, kinks } = energies.kinked(place);
+        let Kinked { tape, kinks, .. } = energies.kinked(place);
         let own = center.model().coordinates.at(0);
         // All parameters have values, or there would be no equilibrium.
         let tape = tape.ok_or_else(|| PeriodError::NotQuadratic { coordinate: own.name(), span: own.span })?;
