@@ -172,7 +172,7 @@ impl Chart {
             has_units: model.has_units,
             equations,
             start: start.prepare(()),
-            damped: driven.damped,
+            damped: driven.damped.contains(&true),
         })
     }
 

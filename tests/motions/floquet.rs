@@ -84,6 +84,27 @@ fn forces_with_a_potential_leave_no_place_undecided() {
     assert!(turning.multipliers.iter().all(|own| own.place != Place::On));
 }
 
+/// Friction that is of second order about rest, or acts on what is not coupled, leaves the other multipliers on the circle.
+#[test]
+fn friction_that_linear_equations_lack_leaves_no_place_undecided() {
+    let free = "coord x, y  T = 1/2*(1 + cos(2*t)/5)*x'^2 + 1/2*y'^2 + sin(2*t)/4*x*y'
+        V = 3/2*x^2 + 2/3*y^2 + x*y/10  period pi";
+    let wanted = multipliers_of(free);
+    assert_eq!(wanted.stable, Some(true));
+    for drag in ["force y = y'*sin(x)/6", "force x = x*x'^2  dissipation = 1/2*y^2*y'^2"] {
+        let found = multipliers_of(&format!("{free}  {drag}"));
+        assert_eq!((found.stable, &found.multipliers), (Some(true), &wanted.multipliers), "{drag}");
+    }
+    for drag in ["dissipation = 1/2*y'^2/100", "force x = y/100  force y = -x/100", "force x = x'*cos(x)/100"] {
+        let found = multipliers_of(&format!("{free}  {drag}"));
+        assert!(found.multipliers.iter().all(|own| own.place != Place::On), "{drag}");
+    }
+    let apart = "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = 1/2*(3 + cos(2*t))*x^2 + 2/3*y^2 + x^2*y  dissipation = x'^2/10  period pi";
+    let found = multipliers_of(apart);
+    let places = |wanted: Place| found.multipliers.iter().filter(|own| own.place == wanted).count();
+    assert_eq!((found.stable, places(Place::On), places(Place::Inside)), (Some(true), 2, 2));
+}
+
 #[test]
 fn models_agree_with_references() {
     let mut checked = 0;

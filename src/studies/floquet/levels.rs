@@ -256,7 +256,8 @@ impl Task<'_> {
                 places.map(|at| of[at].clone()).collect()
             };
             let form = || form().map(|form| part(&form));
-            all.extend(self.of_block(&part(monodromy), rows.len(), precision, &form));
+            let symplectic = members.iter().all(|i| !self.driven.damped[*i]);
+            all.extend(self.of_block(&part(monodromy), symplectic, precision, &form));
         }
         all
     }
@@ -265,11 +266,11 @@ impl Task<'_> {
     fn of_block<S: Enclosure>(
         &self,
         block: &[S],
-        n: usize,
+        symplectic: bool,
         precision: S::Precision,
         form: &dyn Fn() -> Option<Vec<S>>,
     ) -> Vec<Multiplier> {
-        let symplectic = !self.driven.damped;
+        let n = block.len().isqrt();
         if n == 2 {
             return multipliers::of_two(block, symplectic, precision);
         }

@@ -7,6 +7,7 @@ use super::error::FloquetError;
 use crate::flow::{Equations, solved};
 use crate::mechanics::{Mechanics, row};
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::groups::connected;
 use librate_core::linearize::{known_values, missing_value, signed_terms};
 use librate_core::model::Model;
 use librate_core::number::Number;
@@ -32,8 +33,8 @@ pub(crate) struct Driven {
     pub(super) slopes: Vec<Vec<ExprId>>,
     /// h.
     pub(super) load: Vec<ExprId>,
-    /// Whether there is friction, or a force without potential.
-    pub(crate) damped: bool,
+    /// For each coordinate, whether there is friction, or a force without potential; about rest that the linear equations have.
+    pub(crate) damped: Vec<bool>,
     /// The parameters that stay symbols.
     pub(crate) open: Vec<Symbol>,
     /// The values of the others.
@@ -58,7 +59,7 @@ impl Driven {
         let known = values(model, &mut pool, open);
         let mut mechanics = Mechanics::new(model, pool, &known);
         let equations = mechanics.equations();
-        let damped = !mechanics.has_potential();
+        let damped = vec![!mechanics.has_potential(); equations.len()];
         let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
         let zero = pool.zero();
         let whole = |entries: &[(usize, ExprId)]| row(entries, coordinates.len(), zero);
@@ -159,8 +160,12 @@ impl Driven {
             let row = self.pool.gradient(*load, &symbols);
             self.pool.substitute(&row, &map)
         };
-        let right = self.load.iter().map(bent).collect();
-        let mass = self.mass.iter().map(|row| self.pool.substitute(row, &map)).collect();
+        let right: Vec<Vec<ExprId>> = self.load.iter().map(bent).collect();
+        let mut at = |rows: &[Vec<ExprId>]| rows.iter().map(|row| self.pool.substitute(row, &map)).collect();
+        let [mass, slopes]: [Vec<_>; 2] = [at(&self.mass), at(&self.slopes)];
+        if self.damped.contains(&true) {
+            self.damp(&mass, &slopes, &right);
+        }
         let solved = self.solved(mass, right)?;
         let mut rows = vec![self.pool.zero(); 2 * n * n];
         for i in 0..n {
@@ -168,6 +173,25 @@ impl Driven {
         }
         rows.extend(solved.into_iter().flatten());
         Ok(rows)
+    }
+
+    /// Which coordinates friction acts on in M q'' + D q' + S q = 0, or on one that is coupled to them. Without it D is M' + A - Aᵀ with A = dp/dq,
+    /// and S - Sᵀ is A' - A'ᵀ: they are the equations of the Lagrangian q'ᵀM q'/2 + q'ᵀA q - qᵀ(S - A')q/2.
+    fn damp(&mut self, mass: &[Vec<ExprId>], momenta: &[Vec<ExprId>], right: &[Vec<ExprId>]) {
+        let (n, time, pool) = (self.dimension(), self.time, &mut self.pool);
+        let mut is_free = |i: usize, j: usize| {
+            let turn = pool.sub(momenta[i][j], momenta[j][i]);
+            let [rate, change] = [mass[i][j], turn].map(|own| pool.diff(own, time));
+            let [drag, twist] = [pool.sub(right[i][n + j], turn), pool.sub(right[i][j], right[j][i])];
+            pool.agree(drag, rate) && pool.agree(twist, change)
+        };
+        let free: Vec<Vec<bool>> = (0..n).map(|i| (0..n).map(|j| is_free(i, j)).collect()).collect();
+        let entries = |i: usize, j: usize| [mass[i][j], right[i][j], right[i][n + j]];
+        let is_coupled = |i: usize, j: usize| entries(i, j).iter().any(|own| !self.pool.vanishes(*own));
+        for members in connected(n, |i, j| is_coupled(i, j) || is_coupled(j, i)) {
+            let is_damped = members.iter().any(|i| members.iter().any(|j| !free[*i][*j]));
+            members.iter().for_each(|i| self.damped[*i] = is_damped);
+        }
     }
 
     /// The state's own equations, compiled: (q, q')' = (q', -M⁻¹h), with the forces of constraints if there are any.
