@@ -67,6 +67,20 @@ fn equilibria_from_a_guess_are_put_into_frequencies() {
 }
 
 /// What is linear in a coordinate gives it by the others, whose equation may be solved then; what mixes powers and sines stays.
+/// Of a family of equilibria one coordinate stays open: rotations of a molecule have the frequency 0, whatever it is.
+#[test]
+fn places_follow_from_each_other_in_a_family() {
+    let text = "param m[1..2] = [1, 2], k = 3, d = 11/10  coord r[1..2, 1..3]
+        T = sum(i in 1..2, 1/2*m[i]*dot(r[i]', r[i]'))  V = 1/2*k*(norm(r[2] - r[1]) - d)^2
+        guess r[i in 1..2] = [0, 0, SIGN*i]";
+    for sign in ["1", "(-1)"] {
+        let (squares, places, _) = solved(&text.replace("SIGN", sign));
+        assert_eq!(squares, ["0", "k/m[1] + k/m[2]"]);
+        let place = if sign == "1" { "r[2,3] - d" } else { "d + r[2,3]" };
+        assert_eq!(places, ["0", "0", place, "0", "0", "r[2,3]"]);
+    }
+}
+
 #[test]
 fn one_coordinate_may_follow_another() {
     for (text, want) in [

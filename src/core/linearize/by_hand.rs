@@ -4,12 +4,12 @@
 use std::collections::HashMap;
 
 use super::assemble::{Assembly, evaluate_closed};
-use super::parameters::known_values;
+use super::parameters::{Formulas, known_values};
 use super::roots::roots;
 use super::symbolic::forces;
-use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Coordinate, Model};
-use crate::precision::{Ball, Big, Function};
+use crate::precision::{Ball, Big, Function, Scalar};
 
 /// So many coordinates are tried for zeros.
 const MOST_ZEROS: usize = 60;
@@ -54,6 +54,13 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
     let Some((mut pool, forces)) = forces(model, model.pool.clone(), assembly, point) else { return };
     let equation = |(i, symbol): &(usize, Symbol)| Some((*i, *symbol, *forces.get(&(*i as u32))?));
     let mut equations: Vec<(usize, Symbol, ExprId)> = open.iter().filter_map(equation).collect();
+    if let Some(at) = at {
+        let all: Vec<ExprId> = equations.iter().map(|(_, _, force)| *force).collect();
+        let signed = signed_there(model, &mut pool, &all, at);
+        for ((_, _, force), own) in equations.iter_mut().zip(pool.replaced(&all, &signed)) {
+            *force = own;
+        }
+    }
     let values = known_values(model);
     let mut solved: Vec<(usize, Symbol, ExprId)> = Vec::new();
     let depends = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| open.iter().any(|(_, own)| *own == symbol));
@@ -71,15 +78,44 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
         equations.iter_mut().chain(&mut solved).for_each(|(_, _, e)| *e = pool.substitute_one(*e, &known));
         solved.push((i, symbol, value));
     }
+    // Of a family of equilibria the others follow those that stay open: nothing is left to be solved for these.
+    let is_family = at.is_some() && equations.iter().all(|(_, _, force)| pool.vanishes(*force));
+    model.pool = pool;
     for (i, _, value) in solved {
-        if depends(&pool, value) || pool.reachable(&[value]).len() > LONGEST {
+        let open = depends(&model.pool, value);
+        if open && !is_family || model.pool.reachable(&[value]).len() > LONGEST {
             continue;
         }
-        if at.and_then(|at| at.get(i)).is_none_or(|found| agrees(&mut pool, value, found, &values)) {
+        let agrees = |found: &Ball| match open {
+            true => number_there(model, &model.pool, value, at.unwrap_or_default())
+                .is_some_and(|own| own.sub(&Big::from_ball(found, BITS)).contains_zero()),
+            false => agrees(&mut model.pool, value, found, &values),
+        };
+        // A multiplier was not found beside the coordinates.
+        if at.and_then(|at| at.get(i)).map_or(!open, agrees) {
             point[i] = value;
         }
     }
-    model.pool = pool;
+}
+
+/// What an expression in coordinates is where these were found.
+fn number_there(model: &Model, pool: &Pool, e: ExprId, at: &[Ball]) -> Option<Big> {
+    let at: Vec<Big> = at.iter().map(|x| Big::from_ball(x, BITS)).collect();
+    Formulas::new(model, pool, &[e])?.at(model, &at, BITS)?.into_iter().next().filter(Big::is_finite)
+}
+
+/// For absolute values what stands in the bars, with the sign that it has there.
+fn signed_there(model: &Model, pool: &mut Pool, all: &[ExprId], at: &[Ball]) -> HashMap<ExprId, ExprId> {
+    let mut signed = HashMap::new();
+    for id in pool.reachable(all) {
+        let Node::Function(Function::Abs, inner) = *pool.node(id) else { continue };
+        match number_there(model, pool, inner, at) {
+            Some(number) if number.is_positive() => signed.insert(id, inner),
+            Some(number) if number.is_negative() => signed.insert(id, pool.neg(inner)),
+            Some(_) | None => None,
+        };
+    }
+    signed
 }
 
 /// The root of a force that is linear in a coordinate.
