@@ -214,7 +214,7 @@ fn chapter(field: &str) -> Option<&str> {
         "linearized_equations" | "kinetic_second_order" | "potential_second_order" => Some("linearized"),
         "energy_function" => Some("hamiltonian"),
         "force_vanishes" => Some("equilibria"),
-        "exponents_complete" => Some("exponents"),
+        "exponents_complete" | "exponents_equal" => Some("exponents"),
         "stability_sufficient" => Some("stability"),
         own if CHAPTERS.contains(&own) => Some(own),
         _ => Some("frequencies"),
@@ -292,6 +292,11 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     });
     fields.push(("exponents", lines(exponents)));
     fields.push(("exponents_complete", found.complete.to_string()));
+    // They are those of the frequencies, where these have closed forms.
+    let case = linear.frequencies.as_ref().map(Frequencies::best).filter(|case| !case.frequencies.is_empty());
+    if let Some(case) = case.filter(|case| !case.ties.is_empty()) {
+        fields.push(("exponents_equal", array(case.ties.iter().map(strings))));
+    }
     let conditions = || found.stability.as_ref().map(|all| all.iter().map(|own| own.positive).collect::<Vec<_>>());
     let conditions = found.stability_exact.clone().or_else(conditions);
     fields.push(("stability", conditions.map_or_else(null, |all| expressions(page, &all))));

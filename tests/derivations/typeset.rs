@@ -41,6 +41,8 @@ fn what_a_physicist_writes() {
         ("exp(-x/a)", r"\mathrm{e}^{-\frac{x}{a}}"),
         ("atan2(y, x)", r"\operatorname{atan2}(y, x)"),
         ("abs(x)", r"\left\vert x \right\vert"),
+        ("about(I, angular_velocity(R))", r"\mathrm{about} \, (I,\; \mathrm{angular\_velocity} \, (R))"),
+        ("\u{b5}*x", r"\mu x"),
         ("norm(r[1] - r[2])^2", r"\left\Vert r_{1} - r_{2} \right\Vert^{2}"),
         ("dot(u, v)*cross(u, v)[1]", r"(u \cdot v) (u \times v)_{1}"),
         ("[x, 0]", r"\begin{pmatrix} x \\ 0 \end{pmatrix}"),

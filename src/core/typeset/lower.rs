@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::symbol::{Subscript, kept_apart};
 use super::{Formula, Sign, Symbol};
 use crate::order::Order;
-use crate::syntax::{Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Member, StatementKind, parse};
+use crate::syntax::{self, Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Member, StatementKind, parse};
 
 /// What displacements and momenta of a derivation begin with, in front of a coordinate.
 const DERIVED: [&str; 6] = ["delta", "xi", "eta", "p", "P", "pi"];
@@ -480,9 +480,10 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
         }
         _ => match name_in_print(function) {
             Some(name) => Formula::Function { name, power: None, arguments },
-            // No function of the language: a name with what it is given.
+            // Without a sign of its own: a name with what it is given.
             None => {
-                let name = Formula::Symbol(Symbol::of(function));
+                let is_own = syntax::FUNCTIONS.contains(&function);
+                let name = Formula::Symbol(if is_own { Symbol::whole(function) } else { Symbol::of(function) });
                 let inner = if only { arguments.swap_remove(0) } else { joined(Sign::Comma, arguments.into_iter()) };
                 Formula::Product(vec![name, inner.bracketed()])
             }

@@ -61,6 +61,8 @@ fn in_full(letters: &str) -> Option<&'static str> {
 
 /// By its name or as the letter itself.
 fn greek(name: &str) -> Option<(&'static str, &'static str)> {
+    // The sign for micro is the letter mu.
+    let name = if name == "\u{b5}" { "mu" } else { name };
     let found = GREEK.iter().find(|(known, _, letter)| *known == name || *letter == name);
     found.map(|(_, latex, unicode)| (*latex, *unicode))
 }
@@ -119,7 +121,7 @@ impl Symbol {
     }
 
     /// Without subscripts, the whole name in the place of a letter.
-    fn whole(name: &str) -> Self {
+    pub(super) fn whole(name: &str) -> Self {
         Self { letter: name.to_owned(), plain: true, ..Self::default() }
     }
 
