@@ -423,9 +423,8 @@ impl<S: Enclosure> Matrices<S> {
     /// The sign of the determinant of -ω²M + S.
     fn is_positive(&self, omega: &S) -> Option<bool> {
         let square = omega.mul(omega);
-        let rows = self.rows(S::exact(0.0, self.precision), |own| entry(own, omega, &square).re);
-        let right = vec![Vec::new(); self.order];
-        let (rows, _, is_odd) = rows.eliminated(right, S::certain_size, self.precision)?;
+        let mut rows = self.rows(S::exact(0.0, self.precision), |own| entry(own, omega, &square).re);
+        let is_odd = rows.eliminate(&mut vec![Vec::new(); self.order], S::certain_size, self.precision)?;
         let is_negative = |k: &usize| rows.rows[*k][rows.place(*k, *k)].is_negative();
         Some((0..self.order).filter(is_negative).count() % 2 == usize::from(is_odd))
     }
@@ -522,14 +521,9 @@ impl<T: Entry> Rows<T> {
         (column as isize - self.starts[row]).max(0) as usize
     }
 
-    /// The triangular matrix and right sides, each of as many numbers as there are, that row exchanges lead to, and whether their number
-    /// is odd; `size` is positive for what may be divided by. `None` where no pivot is left.
-    fn eliminated(
-        mut self,
-        mut right: Vec<Vec<T>>,
-        size: impl Fn(&T) -> f64,
-        precision: T::Precision,
-    ) -> Option<(Self, Vec<Vec<T>>, bool)> {
+    /// Makes it triangular, with right sides of as many numbers each as there are, and says whether the number of row exchanges is odd;
+    /// `size` is positive for what may be divided by. `None` where no pivot is left.
+    fn eliminate(&mut self, right: &mut [Vec<T>], size: impl Fn(&T) -> f64, precision: T::Precision) -> Option<bool> {
         let n = self.rows.len();
         let mut is_odd = false;
         for k in 0..n {
@@ -568,14 +562,19 @@ impl<T: Entry> Rows<T> {
                 subtract(&mut rest_right[row - k - 1], pivot_right, &factor);
             }
         }
-        Some((self, right, is_odd))
+        Some(is_odd)
     }
 
     /// Solutions for right sides.
-    fn solve(self, right: Vec<Vec<T>>, size: impl Fn(&T) -> f64, precision: T::Precision) -> Option<Vec<Vec<T>>> {
-        let (own, mut right, _) = self.eliminated(right, size, precision)?;
-        for k in (0..own.rows.len()).rev() {
-            let (row, rest) = own.rows[k][own.place(k, k)..].split_first()?;
+    fn solve(
+        mut self,
+        mut right: Vec<Vec<T>>,
+        size: impl Fn(&T) -> f64,
+        precision: T::Precision,
+    ) -> Option<Vec<Vec<T>>> {
+        self.eliminate(&mut right, size, precision)?;
+        for k in (0..self.rows.len()).rev() {
+            let (row, rest) = self.rows[k][self.place(k, k)..].split_first()?;
             let (own, below) = right.split_at_mut(k + 1);
             let own = own.last_mut()?;
             for (entry, x) in rest.iter().zip(below.iter()) {
