@@ -148,13 +148,13 @@ impl Checker {
         }
         let document = &job.document;
         let (tables, unread) = tables(document);
-        let (diagnostics, model) = match checked_model(document, &tables, &job.budget) {
-            _ if !document.is_readable => {
-                (model::parse(&document.text, &Settings::new()).err().unwrap_or_default(), None)
-            }
-            _ if unread.is_some() => (unread.into_iter().collect(), None),
-            Ok((model, warnings)) => (warnings, Some(model)),
-            Err(error) => (error.diagnostics(), None),
+        let (diagnostics, model) = match (document.is_readable, unread) {
+            (false, _) => (model::parse(&document.text, &Settings::new()).err().unwrap_or_default(), None),
+            (true, Some(unread)) => (vec![unread], None),
+            (true, None) => match checked_model(document, &tables, &job.budget) {
+                Ok((model, warnings)) => (warnings, Some(model)),
+                Err(error) => (error.diagnostics(), None),
+            },
         };
         if !self.is_latest(job) {
             return None;
@@ -206,7 +206,9 @@ fn checked_model(document: &Document, tables: &TableTexts, budget: &Budget) -> R
 fn columns(document: &Document, tables: &TableTexts) -> BTreeMap<String, Vec<String>> {
     let named = document.file.statements.iter().filter_map(|own| {
         let StatementKind::Table { name, path, .. } = &own.kind else { return None };
-        let columns = if path.ends_with(".mtx") { "i,j,v" } else { tables.text(path)?.lines().next()? };
+        let is_matrix = path.to_ascii_lowercase().ends_with(".mtx");
+        let is_header = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
+        let columns = if is_matrix { "i,j,v" } else { tables.text(path)?.lines().find(is_header)? };
         let columns = columns.trim_start_matches('\u{feff}').split(',');
         Some((name.text.to_string(), columns.map(|own| own.trim().trim_matches('"').to_owned()).collect()))
     });
