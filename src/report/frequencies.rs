@@ -131,7 +131,9 @@ fn remark(frequency: &Frequency) -> String {
         2 => Some("twice".to_owned()),
         n => Some(format!("{n} times")),
     };
-    let remarks: Vec<String> = times.into_iter().chain(frequency.symmetry.clone()).collect();
+    let at_values = || Some(format!("{} at these values", frequency.symmetry_at_values.as_ref()?));
+    let class = frequency.symmetry.clone().or_else(at_values);
+    let remarks: Vec<String> = times.into_iter().chain(class).collect();
     if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) }
 }
 
@@ -413,7 +415,8 @@ fn abbreviation_lines(derivation: &Derivation, abbreviations: &[Abbreviation]) -
 pub(super) fn frequency_parts(derivation: &Derivation, linear: &Linear, parts: &mut Vec<Part>) {
     let Some(frequencies) = &linear.frequencies else { return };
     if let Some(group) = &frequencies.point_group {
-        parts.push(Part::List("point group".to_owned(), vec![group.clone()]));
+        let title = if frequencies.group_of_values { "point group at these values" } else { "point group" };
+        parts.push(Part::List(title.to_owned(), vec![group.clone()]));
     }
     case_parts(derivation, frequencies, &frequencies.general, parts);
     if let Some(tied) = &frequencies.tied {

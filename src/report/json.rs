@@ -363,7 +363,8 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut F
         let mut entry = Object::new(", ");
         entry.field("omega_squared", expression(derivation, frequency.omega_squared));
         entry.field("multiplicity", frequency.multiplicity);
-        entry.optional("symmetry", frequency.symmetry.as_deref().map(string));
+        let class = frequency.symmetry.as_ref().or(frequency.symmetry_at_values.as_ref());
+        entry.optional("symmetry", class.map(|own| string(own)));
         entry.end()
     });
     fields.push(("frequencies", lines(entries)));

@@ -545,6 +545,7 @@ fn matrices_as_json() {
             "characteristic",
             "exponents",
             "exponents_complete",
+            "exponents_equal",
             "stability",
             "force_vanishes"
         ]
@@ -574,7 +575,10 @@ fn completions_know_the_commands() {
 fn chapters_of_a_derivation() {
     let json: Value =
         serde_json::from_str(&printed(&["derive", PENDULUMS, "--json", "--only", "mass,exponents"])).unwrap();
-    assert_eq!(keys(&json), ["model", "librate", "coordinates", "mass", "exponents", "exponents_complete"]);
+    assert_eq!(
+        keys(&json),
+        ["model", "librate", "coordinates", "mass", "exponents", "exponents_complete", "exponents_equal"]
+    );
     for options in [&["--ascii"][..], &["--latex"]] {
         for chapter in librate::derive::CHAPTERS {
             let page = printed(&[&["derive", "models/sleeping_top_fast.lag", "--only", chapter], options].concat());

@@ -13,7 +13,7 @@ use librate::model::Model;
 use librate::number::Number;
 use librate::precision::{Ball, Scalar};
 use librate::report::{Style, derive_json, derive_text};
-use librate_core::derive::Case;
+use librate_core::derive::{Case, Frequency};
 use serde_json::Value;
 
 fn frequencies(model: &Model) -> Value {
@@ -186,6 +186,10 @@ fn general_forms_have_no_class_of_equal_values() {
     let found = derivation.linear.as_ref().unwrap().frequencies.as_ref().unwrap();
     let classes = |case: &Case| case.frequencies.iter().map(|own| own.symmetry.clone()).collect::<Vec<_>>();
     assert_eq!(classes(&found.general), [None, None]);
+    let of_values = |own: &Frequency| own.symmetry_at_values.as_deref() == Some("even");
+    assert!(of_values(&found.general.frequencies[0]) && found.general.frequencies[1].symmetry_at_values.is_some());
+    let page = derive_text(&derivation, &Style::default());
+    assert!(page.contains("(even at these values)") && page.contains("(even)"), "{page}");
     assert_eq!(classes(found.tied.as_ref().unwrap()), [Some("even".to_owned()), Some("odd".to_owned())]);
 }
 

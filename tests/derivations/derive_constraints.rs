@@ -90,7 +90,7 @@ fn symmetric_beads_on_a_ring_of_wire() {
     // Symmetries that keep constraints are not looked for in symbols, and those of M and K alone give no names: the modes do.
     let best = frequencies.best();
     assert!(best.symmetry.is_none() && best.blocks.is_empty());
-    let classes: Vec<_> = best.frequencies.iter().map(|f| f.symmetry.as_deref()).collect();
+    let classes: Vec<_> = best.frequencies.iter().map(|f| f.symmetry_at_values.as_deref()).collect();
     assert_eq!(classes, [Some("even"), Some("odd")]);
 }
 

@@ -183,6 +183,19 @@ fn coordinates_that_no_force_moves_from_zero_are_zero() {
     assert!(off.abs() < 1e-15 && swing.vector[0] == 0.0, "{off}");
 }
 
+/// A molecule in a row that bends freely: its atoms are on their axis exactly, and their places on it are proved.
+#[test]
+fn molecules_in_a_row_are_proved_from_a_guess() {
+    let text = "param m[1..3] = [16, 12, 16]  coord r[1..3, 1..3]  T = sum(a in 1..3, 1/2*m[a]*dot(r[a]', r[a]'))
+        V = sum(a in 1..2, 10*(norm(r[a+1] - r[a]) - 1.16)^2)  guess r[a in 1..3] = [0, 0, a - 2]";
+    let linearized = linearize(model(text)).unwrap();
+    assert!(linearized.equilibrium().proved);
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    assert_eq!(modes.point_group.as_deref(), Some("D∞h"));
+    let classes: Vec<_> = modes.modes[7..].iter().map(|mode| mode.symmetry.as_deref()).collect();
+    assert_eq!(classes, [Some("Σg+"), Some("Σu+")]);
+}
+
 /// Forces that no energy gives have as many digits as others, also where there are no velocities.
 #[test]
 fn circulatory_forces_have_all_digits() {

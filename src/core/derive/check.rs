@@ -376,9 +376,8 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Takes what does not hold out of a case, and puts the rest in ascending order. Classes of the modes are names where they
-    /// are none of these values of the parameters alone (`is_named`).
-    pub(super) fn check(&self, pool: &Pool, pair: &Pair, case: &mut Case, is_named: bool) {
+    /// Takes what does not hold out of a case, and puts the rest in ascending order.
+    pub(super) fn check(&self, pool: &Pool, pair: &Pair, case: &mut Case) {
         if case.frequencies.is_empty() {
             case.complete = false;
             return;
@@ -437,12 +436,11 @@ impl<'a> Checker<'a> {
             if has_group {
                 form.symmetry = class_of(&modes, value).map(str::to_owned);
             } else if form.symmetry.is_none()
-                && is_named
                 && let Some(first) = fits.first()
                 && let Some(class) = &modes[*first].symmetry
                 && fits.iter().all(|at| modes[*at].symmetry.as_ref() == Some(class))
             {
-                form.symmetry = Some(class.clone());
+                form.symmetry_at_values = Some(class.clone());
             }
             true
         });

@@ -35,7 +35,7 @@ pub(super) struct Found {
 
 impl Found {
     fn add(&mut self, omega_squared: ExprId, multiplicity: usize, symmetry: Option<String>) {
-        let new = Frequency { omega_squared, multiplicity, symmetry };
+        let new = Frequency::new(omega_squared, multiplicity, symmetry);
         self.frequencies.entry(omega_squared).and_modify(|own| own.join(&new)).or_insert(new);
     }
 

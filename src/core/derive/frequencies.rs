@@ -18,7 +18,7 @@ use super::ties::Ties;
 use super::waves::{NormalWaves, normal_waves};
 use crate::expr::{ExprId, Pool};
 use crate::linearize::Invariance;
-use crate::model::Model;
+use crate::model::{Model, Parameter};
 use crate::number::Number;
 use crate::order::Gather;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
@@ -36,6 +36,8 @@ pub struct Frequencies {
     pub tied: Option<Case>,
     /// The point group of bodies whose energies turn freely, at the values of the parameters; the classes are its then.
     pub point_group: Option<String>,
+    /// Whether parameters of M and K have equal values, without which the group may be a smaller one.
+    pub group_of_values: bool,
     /// A symmetry that the model would have if parameters were equal that aren't.
     pub would_be: Option<Exchange>,
     /// What is taken to be positive, or where the second is true negative, as it is at the values.
@@ -137,6 +139,8 @@ pub struct Frequency {
     pub multiplicity: usize,
     /// The class of these modes, where they all have the same.
     pub symmetry: Option<String>,
+    /// The same at the values of the parameters, of which some may only happen to be equal.
+    pub symmetry_at_values: Option<String>,
 }
 
 /// M and K among vectors of one class of symmetry.
@@ -172,15 +176,17 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let none = Ties::default();
     let plain = Symmetries::find(checker, pool, linear, &pair, &none);
     let (mut general, found) = case(checker, request, pool, &pair, &plain, &none);
-    let ties = Ties::of_a_kind(model, pool, &used, true);
-    let is_named = general.symmetry.is_some() || ties.is_empty();
-    checker.check(pool, &pair, &mut general, is_named);
+    checker.check(pool, &pair, &mut general);
     general.add_normal(pool, checker, &pair, found);
     let point_group = checker.point_group().map(str::to_owned);
     let signs = linear.signs.clone();
-    let mut result =
-        Frequencies { general, tied: None, would_be: None, signs, point_group, approximations: Vec::new() };
+    let is_used = |own: &&Parameter| used.binary_search(&own.symbol).is_ok();
+    let values: Vec<ExprId> = model.parameters.iter().filter(is_used).filter_map(|own| own.value).collect();
+    let group_of_values = values.iter().distinct().len() < values.len();
+    let (tied, would_be, approximations) = (None, None, Vec::new());
+    let mut result = Frequencies { general, tied, would_be, signs, point_group, group_of_values, approximations };
 
+    let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied_order = plain.order();
     if !ties.is_empty() {
         let equal = ties.applied(model, pool, &pair);
@@ -199,15 +205,12 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
             let holds = symmetry.generators.iter().all(|g| pattern.is_kept_by(g));
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
-        checker.check(pool, &equal, &mut found, true);
+        checker.check(pool, &equal, &mut found);
         found.add_normal(pool, checker, &equal, modes);
         let more_symmetric = symmetry.order() > plain.order();
         let mut weight = |case: &Case| case.frequencies.iter().map(|f| pool.weight(f.omega_squared)).sum::<u64>();
         let general = &result.general;
-        let named = |case: &Case| case.frequencies.iter().filter(|own| own.symmetry.is_some()).count();
-        let better = found.known() > general.known()
-            || named(&found) > named(general)
-            || found.known() > 0 && weight(&found) < weight(general);
+        let better = found.known() > general.known() || (found.known() > 0 && weight(&found) < weight(general));
         result.tied = Some(found).filter(|_| more_symmetric || better);
     }
 
@@ -314,11 +317,18 @@ impl Angles {
 }
 
 impl Frequency {
+    pub(super) fn new(omega_squared: ExprId, multiplicity: usize, symmetry: Option<String>) -> Self {
+        Self { omega_squared, multiplicity, symmetry, symmetry_at_values: None }
+    }
+
     /// Takes in another that is the same.
     pub(super) fn join(&mut self, other: &Self) {
         self.multiplicity += other.multiplicity;
         if self.symmetry != other.symmetry {
             self.symmetry = None;
+        }
+        if self.symmetry_at_values != other.symmetry_at_values {
+            self.symmetry_at_values = None;
         }
     }
 }

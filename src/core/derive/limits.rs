@@ -349,7 +349,7 @@ fn finite(
         squares = squares.into_iter().filter_map(|zero| continued(pool, &polynomial, symbol, zero, *order)).collect();
     }
     squares.retain(|square| !pool.is_undefined(*square));
-    let found = squares.into_iter().map(|omega_squared| Frequency { omega_squared, multiplicity: 1, symmetry: None });
+    let found = squares.into_iter().map(|omega_squared| Frequency::new(omega_squared, 1, None));
     Some(found.collect())
 }
 

@@ -173,6 +173,8 @@ enum Outcome {
 
 /// What a coordinate has moved by less than this, beside the largest one, may be rounding.
 const NOISE: f64 = 1e-13;
+/// Of so many coordinates a proof is tried twice.
+const MOST_AGAIN: usize = 30;
 /// So many coordinates are put back one by one, where that can't be done with all of them.
 const MOST_ALONE: usize = 32;
 
@@ -330,16 +332,20 @@ impl Search<'_> {
             let force = self.gradient(&trial);
             zeros.retain(|i| force[*i].is_zero());
         }
-        if zeros.is_empty() || proof.is_none() {
+        // Without a proof for all it is tried once more for the others, which takes as long.
+        if zeros.is_empty() || proof.is_none() && at.len() > MOST_AGAIN {
             return Ok((steps, proof));
         }
         let mut held = Search { free: self.free.clone(), ..*self };
         held.free.retain(|i| zeros.binary_search(i).is_err());
         held.free.iter().for_each(|i| trial[*i] = Ball::exact(at[*i].mid_f64()));
         let metric = held.metric(&trial);
-        let again = if held.free.is_empty() { Outcome::Rests(0, None) } else { held.run(&mut trial, &metric)? };
-        if let Outcome::Rests(_, own) = again
+        let again = if held.free.is_empty() { Ok(Outcome::Rests(0, None)) } else { held.run(&mut trial, &metric) };
+        // It is the same point, where that was proved.
+        let meets = |(own, other): (&Ball, &Ball)| (*own - *other).contains_zero();
+        if let Ok(Outcome::Rests(_, own)) = again
             && (own.is_some() || held.vanishes_exactly(&trial))
+            && (proof.is_none() || trial.iter().zip(at.iter()).all(meets))
             && self.gradient(&trial).iter().enumerate().all(|(i, force)| !zeros.contains(&i) || force.is_zero())
         {
             self.free = held.free;

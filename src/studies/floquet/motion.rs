@@ -179,6 +179,8 @@ impl Driven {
     /// and S - Sᵀ is A' - A'ᵀ: they are the equations of the Lagrangian q'ᵀM q'/2 + q'ᵀA q - qᵀ(S - A')q/2.
     fn damp(&mut self, mass: &[Vec<ExprId>], momenta: &[Vec<ExprId>], right: &[Vec<ExprId>]) {
         let (n, time, pool) = (self.dimension(), self.time, &mut self.pool);
+        // Constraints have left fewer.
+        self.damped.truncate(n);
         let mut is_free = |i: usize, j: usize| {
             let turn = pool.sub(momenta[i][j], momenta[j][i]);
             let [rate, change] = [mass[i][j], turn].map(|own| pool.diff(own, time));
