@@ -206,6 +206,26 @@ fn far_ends_of_a_range_are_decided() {
     }
 }
 
+/// At the end of the range the matrix is singular, for a mode that the force does not excite: the half power lies between.
+#[test]
+fn half_power_beside_a_singular_end() {
+    let text = "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = 1/2*(x^2 + (x - y)^2 + (x - z)^2)
+        dissipation = 1/20*x'^2";
+    // With u = y + z: ((3 - ω² + iω/10)(1 - ω²) - 2) x = (1 - ω²) F.
+    let square = |omega: f64| {
+        let rest = 1.0 - omega * omega;
+        rest * rest / (((2.0 + rest) * rest - 2.0).powi(2) + (omega / 10.0 * rest).powi(2))
+    };
+    for over in ["omega=1..2", "omega=0..1"] {
+        let own = study(text, Some("x"), over).peaks(0).unwrap();
+        let one = own.found.iter().find(|one| one.kind == PeakKind::Maximum).unwrap();
+        for half in one.half_power.map(|own| own.unwrap().mid_f64()) {
+            let off = 2.0 * square(half) / square(one.place.mid_f64()) - 1.0;
+            assert!(off.abs() < 1e-9, "{over} {half} {off}");
+        }
+    }
+}
+
 /// What does not hang together with the driven coordinate rests, and its frequencies are none of the response.
 #[test]
 fn other_systems_in_the_same_model_are_left_alone() {

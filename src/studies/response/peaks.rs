@@ -442,9 +442,11 @@ impl Search<'_> {
             let piece = [at.clone(), at.clone()];
             Self::levels().find_map(|level| sign(&(self.sample(&piece, level)?.square - value)))
         };
-        if is_over(far)? {
-            return None;
-        }
+        // At the end of a range it may be singular: then a place inside decides.
+        let inside = |part: i32| Some(far.add(&near.sub(far).mul(&Number::from(2).powi(-part)?)));
+        let places = std::iter::once(far.clone()).chain([40, 30, 20, 10].into_iter().filter_map(inside));
+        let mut decided = places.filter_map(|at| Some((is_over(&at)?, at)));
+        let (false, far) = decided.next()? else { return None };
         let to_the_left = far.sub(near).is_negative();
         let piece = if to_the_left { [far.clone(), near.clone()] } else { [near.clone(), far.clone()] };
         let piece = self.closed_in(&piece, |at| Some(is_over(at)? != to_the_left));
