@@ -294,6 +294,7 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     fields.push(("exponents_complete", found.complete.to_string()));
     // They are those of the frequencies, where these have closed forms.
     let case = linear.frequencies.as_ref().map(Frequencies::best).filter(|case| !case.frequencies.is_empty());
+    let is_open = case.is_none();
     if let Some(case) = case.filter(|case| !case.ties.is_empty()) {
         fields.push(("exponents_equal", array(case.ties.iter().map(strings))));
     }
@@ -306,10 +307,9 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     }
     // With rotation and forces together exponents are no pairs ±s.
     let paired = linear.gyroscopic.is_none() || linear.circulatory.is_none();
-    let squares = found.squares_of_frequencies(&mut page.pool.clone());
-    let is_open =
-        linear.frequencies.as_ref().is_none_or(|own| own.best().frequencies.is_empty() && !squares.is_empty());
-    if is_open && linear.damping.is_none() && paired {
+    let is_open = is_open && linear.damping.is_none() && paired;
+    let squares = if is_open { found.squares_of_frequencies(&mut page.pool.clone()) } else { Vec::new() };
+    if is_open && (linear.frequencies.is_none() || !squares.is_empty()) {
         let count: usize = squares.iter().map(|(_, multiplicity)| multiplicity).sum();
         // There are fewer than coordinates where some have no inertia.
         let all = characteristic.map_or(2 * linear.mass.len(), |all| all.len() - 1);
