@@ -3,13 +3,14 @@
 
 use std::collections::HashMap;
 
-use super::assemble::{Assembly, evaluate_closed};
-use super::parameters::{Formulas, known_values};
+use super::assemble::Assembly;
+use super::multipliers;
+use super::parameters::Formulas;
 use super::roots::roots;
 use super::symbolic::forces;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Coordinate, Model};
-use crate::precision::{Ball, Big, Function, Scalar};
+use crate::precision::{Ball, Big, Function};
 
 /// So many coordinates are tried for zeros.
 const MOST_ZEROS: usize = 60;
@@ -37,6 +38,8 @@ pub(super) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [Expr
 const MOST_SOLVED: usize = 8;
 /// Values of more symbols are no shorter than the name of the coordinate.
 const LONGEST: usize = 24;
+/// Nor are those of so many for multipliers.
+const LONGEST_MULTIPLIER: usize = 40;
 /// Bits of the numbers that values are compared in.
 const BITS: usize = 192;
 
@@ -61,16 +64,13 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
             *force = own;
         }
     }
-    let values = known_values(model);
     let mut solved: Vec<(usize, Symbol, ExprId)> = Vec::new();
     let depends = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| open.iter().any(|(_, own)| *own == symbol));
     while let Some((place, value)) = (0..equations.len()).find_map(|place| {
         let (i, symbol, force) = equations[place];
         let others = |other| other != symbol && open.iter().any(|(_, own)| *own == other);
-        let value = linear(&mut pool, symbol, force, &depends).or_else(|| {
-            let here = at?.get(i)?;
-            (!pool.depends_on(force, &others)).then(|| root(&mut pool, symbol, force, here, &values))?
-        })?;
+        let value = linear(&mut pool, symbol, force, &depends)
+            .or_else(|| (!pool.depends_on(force, &others)).then(|| root(model, &mut pool, i, force, at?))?)?;
         Some((place, value))
     }) {
         let (i, symbol, _) = equations.swap_remove(place);
@@ -86,15 +86,35 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
         if open && !is_family || model.pool.reachable(&[value]).len() > LONGEST {
             continue;
         }
-        let agrees = |found: &Ball| match open {
-            true => number_there(model, &model.pool, value, at.unwrap_or_default())
-                .is_some_and(|own| own.sub(&Big::from_ball(found, BITS)).contains_zero()),
-            false => agrees(&mut model.pool, value, found, &values),
-        };
         // A multiplier was not found beside the coordinates.
-        if at.and_then(|at| at.get(i)).map_or(!open, agrees) {
+        let at = at.filter(|at| i < at.len());
+        if at.map_or(!open, |at| agrees(model, &model.pool, value, at, i)) {
             point[i] = value;
         }
+    }
+}
+
+/// Puts in what the forces say of multipliers, behind the coordinates, that stand as themselves, where that is short and holds at the point
+/// that was found.
+pub(super) fn put_in_multipliers(
+    model: &mut Model,
+    assembly: &Assembly,
+    point: &mut Vec<ExprId>,
+    expressions: &[ExprId],
+    at: &[Ball],
+) {
+    let behind = point.len() - expressions.len()..point.len();
+    let mut pool = std::mem::take(&mut model.pool);
+    let mut balanced = point.clone();
+    balanced[behind.clone()].fill(pool.zero());
+    let found = multipliers::put_in(model, assembly, &mut pool, &mut balanced, expressions);
+    model.pool = pool;
+    let holds = |i: usize| {
+        let is_short = model.pool.reachable(&[balanced[i]]).len() <= LONGEST_MULTIPLIER;
+        is_short && agrees(model, &model.pool, balanced[i], at, i)
+    };
+    if found.is_some() && behind.into_iter().all(holds) {
+        *point = balanced;
     }
 }
 
@@ -134,23 +154,22 @@ fn linear(pool: &mut Pool, symbol: Symbol, force: ExprId, depends: &impl Fn(&Poo
     pool.vanishes(difference).then_some(value)
 }
 
-/// Whether an expression is a number that was found, at the values of the parameters.
-fn agrees(pool: &mut Pool, value: ExprId, found: &Ball, values: &Substitution) -> bool {
-    let number = pool.substitute_one(value, values);
-    let number: Option<Big> = evaluate_closed(pool, number, BITS);
-    let off = number.map(|number| number.to_far_ball() - *found);
+/// Whether an expression is what was found for a coordinate, where all were found.
+fn agrees(model: &Model, pool: &Pool, value: ExprId, at: &[Ball], i: usize) -> bool {
+    let off = number_there(model, pool, value, at).map(|number| number.to_far_ball() - at[i]);
     off.is_some_and(|off| off.is_finite() && off.contains_zero())
 }
 
 /// The shortest root of a force that is where a search found it.
-fn root(pool: &mut Pool, symbol: Symbol, force: ExprId, here: &Ball, values: &Substitution) -> Option<ExprId> {
+fn root(model: &Model, pool: &mut Pool, i: usize, force: ExprId, at: &[Ball]) -> Option<ExprId> {
+    let (symbol, here) = (model.coordinates.at(i).symbol, at.get(i)?);
     // Its size is known where its sign is.
     let place = pool.symbol_expr(symbol);
     let size = pool.apply(Function::Abs, place);
     let signed = if here.is_negative() { pool.neg(place) } else { place };
     let force = *pool.replaced(&[force], &HashMap::from([(size, signed)])).first()?;
     let mut all = roots(pool, symbol, force);
-    all.retain(|own| agrees(pool, *own, here, values));
+    all.retain(|own| agrees(model, pool, *own, at, i));
     let shortest = all.into_iter().min_by_key(|own| pool.reachable(&[*own]).len())?;
     (pool.reachable(&[shortest]).len() <= LONGEST).then_some(shortest)
 }

@@ -5,7 +5,6 @@ use super::assemble::{self, Assembly, evaluate_closed};
 use super::constrained::{Tied, with_multipliers};
 use super::equilibrium::{Equilibrium, Search, short};
 use super::multipliers;
-use super::parameters::Formulas;
 use super::rolling::{self, SymbolicRolling};
 use super::symbolic::{self, ConstantForce, SymbolicMatrices};
 use super::{
@@ -15,7 +14,7 @@ use super::{
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::model::Model;
 use crate::order::Gather;
-use crate::precision::{Ball, Big, Scalar};
+use crate::precision::Ball;
 
 /// M, G, C, K and N of a model at its equilibrium, as expressions, and its constraints. Parameters need no values
 /// unless the equilibrium has to be searched for. Assumptions are not used: [`Model::assumed`] is the model with them.
@@ -76,11 +75,6 @@ fn search(own: &Search<'_>, dependent: &[usize]) -> Result<Equilibrium, Lineariz
     }
 }
 
-/// Multipliers of more symbols are no shorter than their names.
-const LONGEST_MULTIPLIER: usize = 40;
-/// Bits in which they are compared with what a search found.
-const BITS: usize = 192;
-
 /// What an entry of M and one of K take, with the forms that they go through.
 const ENTRY: usize = 16;
 
@@ -137,33 +131,6 @@ fn open_point(
         None => by_hand::put_in_solved(model, assembly, &mut point, None),
     }
     Ok(point)
-}
-
-/// Puts in what the forces say of multipliers that stand as themselves, where that is short and holds at the point that was found.
-fn put_in_multipliers(
-    model: &mut Model,
-    assembly: &Assembly,
-    point: &mut Vec<ExprId>,
-    expressions: &[ExprId],
-    at: &[Ball],
-) {
-    let visible = point.len() - expressions.len();
-    let mut pool = std::mem::take(&mut model.pool);
-    let mut balanced = point.clone();
-    balanced[visible..].fill(pool.zero());
-    let found = multipliers::put_in(model, assembly, &mut pool, &mut balanced, expressions);
-    model.pool = pool;
-    let pool = &model.pool;
-    let agrees = || {
-        let start: Vec<Big> = at.iter().map(|x| Big::from_ball(x, BITS)).collect();
-        let values = Formulas::new(model, pool, &balanced[visible..])?.at(model, &start, BITS)?;
-        let mut pairs = values.iter().zip(&start[visible..]);
-        Some(pairs.all(|(own, other)| own.is_finite() && own.sub(other).contains_zero()))
-    };
-    let is_short = |own: &ExprId| pool.reachable(&[*own]).len() <= LONGEST_MULTIPLIER;
-    if found.is_some() && balanced[visible..].iter().all(is_short) && agrees() == Some(true) {
-        *point = balanced;
-    }
 }
 
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
@@ -227,7 +194,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         by_hand::put_in_zeros(&model, &assembly, &mut point, |i| equilibrium.may_be_zero(i));
         by_hand::put_in_solved(&mut model, &assembly, &mut point, Some(&equilibrium.values[..visible]));
         at = equilibrium.values;
-        put_in_multipliers(&mut model, &assembly, &mut point, &expressions, &at);
+        by_hand::put_in_multipliers(&mut model, &assembly, &mut point, &expressions, &at);
     }
     assembly.forget_what_vanishes(&mut model, &point);
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);

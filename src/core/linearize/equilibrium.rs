@@ -339,6 +339,10 @@ impl Search<'_> {
         let mut held = Search { free: self.free.clone(), ..*self };
         held.free.retain(|i| zeros.binary_search(i).is_err());
         held.free.iter().for_each(|i| trial[*i] = Ball::exact(at[*i].mid_f64()));
+        let rests = |trial: &[Ball]| {
+            let force = self.gradient(trial);
+            zeros.iter().all(|i| force[*i].is_zero())
+        };
         let metric = held.metric(&trial);
         let again = if held.free.is_empty() { Ok(Outcome::Rests(0, None)) } else { held.run(&mut trial, &metric) };
         // It is the same point, where that was proved.
@@ -346,7 +350,7 @@ impl Search<'_> {
         if let Ok(Outcome::Rests(_, own)) = again
             && (own.is_some() || held.vanishes_exactly(&trial))
             && (proof.is_none() || trial.iter().zip(at.iter()).all(meets))
-            && self.gradient(&trial).iter().enumerate().all(|(i, force)| !zeros.contains(&i) || force.is_zero())
+            && rests(&trial)
         {
             self.free = held.free;
             *at = trial;

@@ -1,7 +1,7 @@
 //! Whether a linear map of the displacements and velocities leaves the energies unchanged, identically.
 //!
-//! T - V, the dissipation function, the power of generalised forces in virtual velocities and constraints are written out about the equilibrium q0, with the values of the parameters
-//! or without, and the map is put in: most terms become each other at once, and the difference of the others is tested
+//! T - V, the dissipation function, the power of generalised forces in virtual velocities and constraints are written out
+//! about the equilibrium q0, with the values of the parameters or without, and the map is put in: most terms become each other at once, and the difference of the others is tested
 //! at random points modulo a prime. What that does not decide counts as no symmetry.
 //!
 //! An equilibrium that was searched for is put in with a symbol for each magnitude, the same for coordinates whose

@@ -114,8 +114,8 @@ fn columns_of(rows: &Rows, all: &[usize], kept: &[usize]) -> Rows {
     rows.iter().map(of).collect()
 }
 
-/// Which of z, but for those that are `tied` by constraints and rest, act on y (`feeds_back`), or on those that do, or decay or grow by themselves: what is left of γ
-/// is nilpotent.
+/// Which of z, but for those that are `tied` by constraints and rest, act on y (`feeds_back`), or on those that do, or decay or
+/// grow by themselves: what is left of γ is nilpotent.
 fn acting(pool: &mut Pool, feeds_back: &Rows, [beta, gamma]: [&Rows; 2], tied: &[bool]) -> Vec<bool> {
     let count = gamma.len();
     // What constraints hold has nowhere to drift.

@@ -7,7 +7,6 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::NormalMode;
-use crate::expr::Symbol;
 use crate::linearize::{Entries, Invariance, Linearized};
 use crate::order::Order;
 use crate::precision::{Ball, Big, Enclosure, Function, SparseMatrix};
@@ -97,11 +96,10 @@ pub(super) fn classify(linearized: &Linearized, modes: &mut [NormalMode]) {
 fn by_entries(linearized: &Linearized, mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Labels> {
     let n = mass.dimension();
     let model = linearized.model();
-    let number: HashMap<Symbol, usize> = model.coordinates.iter().map(|own| own.symbol).zip(0..).collect();
     let tied = |mut pattern: Pattern| {
         for constraint in &model.constraints {
             let symbols = model.pool.symbols_of(&[constraint.expression]);
-            let tied: Vec<usize> = symbols.iter().filter_map(|symbol| number.get(symbol).copied()).collect();
+            let tied: Vec<usize> = symbols.iter().filter_map(|symbol| model.symbols.coordinate(*symbol)).collect();
             tied.iter().for_each(|i| tied.iter().for_each(|j| pattern.tie(*i, *j)));
         }
         pattern
