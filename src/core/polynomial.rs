@@ -434,6 +434,9 @@ pub(crate) fn determinant(mut rows: Vec<Vec<Polynomial>>) -> Option<Polynomial> 
         turned ^= pivot != step;
         let (done, left) = rows.split_at_mut(step + 1);
         let own = done.last()?;
+        // The longest first: where one gets too long, the others need no work.
+        let mut left: Vec<_> = left.iter_mut().collect();
+        left.order_by_key(|row| std::cmp::Reverse(row[step].terms.len()));
         for row in left {
             let share = std::mem::replace(&mut row[step], Polynomial::zero(variables));
             for (entry, other) in row.iter_mut().zip(own).skip(step + 1) {
