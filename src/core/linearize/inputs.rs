@@ -48,24 +48,27 @@ impl Inputs {
         let prepared = tape.prepare::<S>(values.precision());
         let width = terms.values.len();
         let mut scratch = Vec::new();
-        let (mut inputs, mut before): (Vec<S>, Vec<S>) = (Vec::new(), Vec::new());
+        let mut inputs = vec![zero.clone(); terms.locals.len() + width];
+        let parameters = self.parameters.iter().map(|number| values.parameters[*number].as_ref());
+        inputs.extend(parameters.map(|value| value.unwrap_or(&zero).clone()));
         let mut out = vec![zero.clone(); tape.outputs()];
         for instance in 0..terms.count {
             let coordinates = terms.coordinates_of(instance).iter();
+            let coordinates = coordinates.map(|number| at.get(*number as usize).unwrap_or(&zero));
             let constants = self.constants[instance * width..(instance + 1) * width].iter();
-            inputs.clear();
-            inputs.extend(coordinates.map(|number| at.get(*number as usize).unwrap_or(&zero).clone()));
-            inputs.extend(constants.map(|number| values.constants[*number as usize].clone()));
-            inputs.extend(
-                self.parameters.iter().map(|number| values.parameters[*number].as_ref().unwrap_or(&zero).clone()),
-            );
+            let constants = constants.map(|number| &values.constants[*number as usize]);
             // The links of a chain at rest are all alike.
-            let same = instance > 0 && inputs.iter().zip(&before).all(|(x, y)| x.is_same(y));
-            if !same {
-                prepared.evaluate_into(&inputs, &mut scratch, &mut out);
-                std::mem::swap(&mut inputs, &mut before);
+            let mut is_new = instance == 0;
+            for (input, value) in inputs.iter_mut().zip(coordinates.chain(constants)) {
+                if !value.is_same(input) {
+                    input.clone_from(value);
+                    is_new = true;
+                }
             }
-            scatter(instance, &out, !same);
+            if is_new {
+                prepared.evaluate_into(&inputs, &mut scratch, &mut out);
+            }
+            scatter(instance, &out, is_new);
         }
     }
 }
