@@ -190,7 +190,7 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
     let rest = if case.complete { "" } else { " with a closed form" };
     let title = format!("normal frequencies{rest}{}{}", with(&assumed), approximations(&frequencies.approximations));
     let mut lines = Vec::new();
-    let is_listed = is_listed(derivation, case);
+    let is_listed = is_listed(derivation, case, frequencies.point_group.is_some());
     for series in case.series.iter().filter(|_| !is_listed) {
         let value = derivation.pool.display(series.omega_squared);
         let ranges = series.numbers.iter();
@@ -217,12 +217,14 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
 }
 
 /// Whether frequencies are written down one by one: without a formula that gives them by their number, beside one that does not give
-/// all, and in place of one that is longer than each of a few.
-fn is_listed(derivation: &Derivation, case: &Case) -> bool {
+/// all, and in place of one that is longer than each of a few; of a molecule more of them, with their classes.
+fn is_listed(derivation: &Derivation, case: &Case, is_molecule: bool) -> bool {
     let length = |e: ExprId| derivation.pool.display(e).len();
-    let is_few = case.frequencies.len() <= MOST_SINGLE && case.waves.is_empty() && {
+    let most = if is_molecule { MOST_LISTED } else { MOST_SINGLE };
+    let is_few = case.frequencies.len() <= most && (is_molecule || case.waves.is_empty()) && {
         let longest = case.frequencies.iter().map(|own| length(own.omega_squared)).max();
-        case.series.iter().all(|own| Some(length(own.omega_squared)) > longest)
+        let mut longer = case.series.iter().map(|own| Some(length(own.omega_squared)) > longest);
+        if is_molecule { longer.any(|own| own) } else { longer.all(|own| own) }
     };
     case.series.is_empty() || !case.complete && case.frequencies.len() <= MOST_LISTED || case.complete && is_few
 }

@@ -76,6 +76,7 @@ use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{
     Ball, Big, Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text,
 };
+use librate_core::typeset;
 
 /// How text is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -340,7 +341,7 @@ fn common<'a>(mut units: impl Iterator<Item = Option<&'a str>>) -> Option<&'a st
 
 /// `omega (rad/s)`
 fn with_unit(name: &str, unit: Option<&str>) -> String {
-    unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
+    unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({})", typeset::unit(unit)))
 }
 
 /// `three_pendulums: 3 coordinates`
@@ -386,7 +387,16 @@ fn limit_words(limit: &Limit, kind: Kind) -> String {
 /// `title: a, b, c` on one line where that fits, else the items below the title.
 fn listed(title: &str, items: &[String], width: usize) -> String {
     let line = format!("{title}: {}", items.join(", "));
-    if line.chars().count() <= width { format!("{line}\n") } else { format!("{title}:\n{}", flow(items, "  ", width)) }
+    if line.chars().count() <= width {
+        return format!("{line}\n");
+    }
+    // Lists of values are too wide themselves.
+    let is_wide = |item: &&String| item.chars().count() + 2 > width;
+    let items: Vec<String> = match items.iter().find(is_wide) {
+        Some(_) => items.join(", ").split(", ").map(str::to_owned).collect(),
+        None => items.to_vec(),
+    };
+    format!("{title}:\n{}", flow(&items, "  ", width))
 }
 
 /// Joins items with commas into lines of at most `width` columns, each with the same indentation.

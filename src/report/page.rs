@@ -19,7 +19,7 @@ use librate_core::linearize::LinearizeError;
 use librate_core::number::Number;
 use librate_core::order::{Gather, Order};
 use librate_core::oscillation::{NormalMode, NormalModes};
-use librate_core::typeset::{Formula, Notation};
+use librate_core::typeset::{self, Formula, Notation};
 
 /// The momenta and energies of more coordinates than this are not written out.
 const MOST_FOR_ENERGIES: usize = 12;
@@ -189,10 +189,10 @@ pub fn left_out(exceeded: &Exceeded) -> Diagnostic {
     remark.with_help(format!("{}; with `--only` other chapters are not worked out", own.help.unwrap_or_default()))
 }
 
-/// Words with what is between backticks written by another function.
+/// Words, in which units are as books have them, with what is between backticks written by another function.
 pub(super) fn words(text: &str, plain: impl Fn(&str) -> String, formula: impl Fn(&str) -> String) -> String {
     let parts = text.split('`').enumerate();
-    parts.map(|(at, part)| if at % 2 == 0 { plain(part) } else { formula(part) }).collect()
+    parts.map(|(at, part)| if at % 2 == 0 { plain(&typeset::unit(part)) } else { formula(part) }).collect()
 }
 
 /// With a capital letter at the beginning.
@@ -371,7 +371,9 @@ impl Page {
                 let function = format!("{function} = {}", derivation.text(&energy.function));
                 let own = energy.hamiltonian.iter();
                 let hamiltonian = own.map(|own| format!("{hamiltonian} = {}", derivation.text(own)));
-                self.parts.push(section("energy function and Hamiltonian", [function].into_iter().chain(hamiltonian)));
+                let title =
+                    if energy.hamiltonian.is_some() { "energy function and Hamiltonian" } else { "energy function" };
+                self.parts.push(section(title, [function].into_iter().chain(hamiltonian)));
             }
         }
         let conserved: Vec<Line> = energy

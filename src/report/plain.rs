@@ -91,8 +91,9 @@ impl Layout<'_> {
 
     /// Words with formulas of one line; what needs more stays as it is.
     fn words(&self, words: &str) -> String {
+        let Some(notation) = self.notation else { return words.replace('`', "") };
         page::words(words, str::to_owned, |part| {
-            let formula = self.notation.and_then(|notation| notation.read_relation(part));
+            let formula = notation.read_relation(part);
             match formula.map(|formula| formula.block()) {
                 Some(block) if block.height() == 1 => block.lines().collect(),
                 Some(_) | None => part.to_owned(),

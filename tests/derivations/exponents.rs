@@ -578,6 +578,30 @@ fn conditions_that_always_hold_are_left_out() {
     let turned = "param k, d, m, n  coord x, y  assume m > 0
         lagrangian = 1/2*m*(x'^2 + y'^2) - 1/2*(k*d^2 - m*n^2)*x^2 - 1/2*k*y^2";
     assert_eq!(open(turned), ["k*d^2 - m*n^2"]);
+    // 9π - 16, √2 - 1, the power r^n, a definite form in numbers of any sign, and squares beside |cos| <= 1.
+    let plain =
+        |k: &str| format!("param r = 2, n = 3, a = -1, b = 2, w = 1/2  coord x  T = 1/2*x'^2  V = 1/2*({k})*x^2");
+    for k in [
+        "9*pi - 16",
+        "(sqrt(2) - 1)*r^n",
+        "r^(1 + n)",
+        "a^2 - a*b + b^2",
+        "3 - 4*a + 2*a^2",
+        "a^2 - 2*a*b*cos(w) + b^2",
+        "2 + cos(a)",
+    ] {
+        assert!(open(&plain(k)).is_empty(), "{k}");
+    }
+    for (k, left) in
+        [("2*r^n - n*r^n", "2 - n"), ("a^2 - 3*a*b + b^2", "a^2 - 3*a*b + b^2"), ("1 - 2*cos(a)", "1 - 2*cos(a)")]
+    {
+        assert_eq!(open(&plain(k)), [left]);
+    }
+    // The same pair of exponents twice, with vectors enough.
+    let charges = "param m = 1, B = 1, k = 2, K = 1  coord x1, y1, x2, y2
+        lagrangian = 1/2*m*(x1'^2 + y1'^2 + x2'^2 + y2'^2) + 1/2*B*(x1*y1' - y1*x1' - x2*y2' + y2*x2')
+            - 1/2*k*(x1^2 + y1^2 + x2^2 + y2^2) - 1/2*K*((x1 - x2)^2 + (y1 - y2)^2)";
+    assert!(open(charges).is_empty());
     let inverted = page(&common::model("param a, b  coord x  T = 1/2*x'^2  V = -1/2*(a + b)*x^2"));
     let text = derive_text(&inverted, &Style::default());
     assert!(text.contains("a + b < 0"), "{text}");

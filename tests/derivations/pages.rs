@@ -144,7 +144,7 @@ fn letters_of_a_page_are_none_of_the_model() {
     page(
         "param L = 1, M = 1/2, F = 1/10  coord a, b  lagrangian = 1/2*L*(a'^2 + b'^2) + M*a'*b' - 1/2*(a^2 + b^2)
          dissipation = 1/2*F*a'^2",
-        &["lagrangian = ½ L (", "dissipation = ½ F ", "p_a = L "],
+        &["ℒ = ½ L (", "ℱ = ½ F ", "p_a = L "],
     );
     page(
         "param s = 1, lambda = 2, sigma = 1/10  coord x  T = 1/2*s*x'^2  V = 1/2*lambda*x^2  dissipation = 1/2*sigma*x'^2",

@@ -14,7 +14,7 @@ use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials};
 use super::simplify::{Algebra, split};
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Node, Pool};
 use crate::groups::connected;
 use crate::linearize::grows_from_zero;
 use crate::number::Number;
@@ -249,17 +249,18 @@ impl Factored {
         linear: &Linear,
     ) -> Option<(Vec<StabilityCondition>, bool)> {
         let conservative = linear.is_conservative();
-        let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
-        let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
         // Exponents of several factors may be equal, without vectors enough.
         let circulatory = linear.circulatory.is_some();
         let bounded = conservative || !circulatory && is_definite(checker, pool, linear) == Some(true);
+        let kind = [conservative, bounded];
+        let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, kind));
+        let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
         let apart = bounded || self.even_of_one_part().next().is_none();
         let settled = apart && all.as_ref().is_some_and(|all| self.signs.are_settled(all));
         let kept = all.map(|all| essential(&all, &self.signs));
         let found = kept.as_ref().and_then(|kept| self.conditions(checker, pool, kept));
         let told = kept.filter(|_| found.is_some());
-        let mut found = found.or_else(|| self.in_coefficients(checker, pool, conservative))?;
+        let mut found = found.or_else(|| self.in_coefficients(checker, pool, kind))?;
         let mut known = self.signs.clone();
         told.iter().flatten().for_each(|own| known.learn(own));
         found.extend(self.not_zero(checker, pool, &known, conservative));
@@ -286,10 +287,6 @@ impl Factored {
             let positive = signed(pool, &self.ring, own);
             if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
                 return None;
-            }
-            // A relation of numbers.
-            if pool.is_constant(positive) && checker.is_negative(pool, positive) == Some(false) {
-                continue;
             }
             let left = by_signs.sign(&own.product(self.ring.variables()));
             let open = (!left.holds_always()).then(|| signed(pool, &self.ring, &left));
@@ -368,11 +365,11 @@ impl Factored {
         &self,
         checker: &Checker<'_>,
         pool: &mut Algebra<'_>,
-        conservative: bool,
+        kind: [bool; 2],
     ) -> Option<Vec<StabilityCondition>> {
         let mut found = Vec::new();
         for factor in &self.factors {
-            let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, conservative)?;
+            let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, kind)?;
             let coefficients = coefficients.iter().map(|own| {
                 let own = self.ring.expression(pool, own);
                 pool.polished(own)
@@ -422,7 +419,10 @@ fn signed(pool: &mut Algebra<'_>, ring: &Ring, own: &Sign) -> ExprId {
 fn of_values(checker: &Checker<'_>, pool: &Pool, ring: &Ring, signs: &Signs) -> Signs {
     let mut own = signs.clone();
     for at in 0..ring.variables() {
-        let symbol = ring.base(at).and_then(|(base, _)| pool.as_symbol(base));
+        let base = ring.base(at).map(|(base, _)| base);
+        // A power with a letter for its exponent is a base of its own.
+        let base = base.map(|base| if let Node::Power { base, .. } = pool.node(base) { *base } else { base });
+        let symbol = base.and_then(|base| pool.as_symbol(base));
         if symbol.and_then(|symbol| checker.sign(symbol)) == Some(false) {
             own.variables[at] = true;
         }

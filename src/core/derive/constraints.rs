@@ -167,7 +167,7 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
             circulatory,
             ..Linear::default()
         };
-        reduced.finish(pool, checker, parts);
+        reduced.finish(pool, checker, parts, true);
         reduced.closed_forms(pool, checker, parts);
         if let Some(part) = reduced.second_order.as_mut().filter(|_| !energies) {
             // Matrices of conditions are not those of energies.

@@ -99,7 +99,7 @@ use pair::Pair;
 pub use simplify::Algebra;
 
 /// The frequencies of more coordinates are left to `modes`.
-const MOST_IN_NUMBERS: usize = 12;
+const MOST_IN_NUMBERS: usize = 40;
 
 /// Which parts of a derivation are wanted; M, K and the equilibrium always are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -387,7 +387,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     }
     if let Ok(linear) = &mut linear {
         budget.at("M and K in their shortest form", None);
-        linear.finish(pool, &checker, parts);
+        linear.finish(pool, &checker, parts, false);
     }
     budget.check()?;
     let rolling = constraints::Rolling::new(model, pool);
@@ -421,12 +421,17 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
 
 impl Linear {
     /// Brings all to its shortest form and works out what follows.
-    fn finish(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, parts: &Parts) {
+    fn finish(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, parts: &Parts, polish: bool) {
         let pair = Pair::new(&self.mass, &self.stiffness).replaced(pool, &HashMap::new());
         let (pair, signs) = checker.signed(pool, &pair);
         let pair = pair.with_halved_angles(pool);
         self.signs = signs.into_iter().collect();
         (self.mass, self.stiffness) = pair.dense(pool);
+        // What ZᵀMZ multiplies out.
+        if polish {
+            let entries = self.mass.iter_mut().chain(&mut self.stiffness).flatten();
+            entries.for_each(|entry| *entry = pool.polished(*entry));
+        }
         pool.shorten(self.equilibrium.iter_mut());
         for matrix in [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory] {
             pool.shorten(matrix.iter_mut().flatten().flatten());

@@ -154,8 +154,12 @@ impl Ring {
 
     /// What a variable is a power of, and whether it is a root of it.
     pub(super) fn base(&self, variable: usize) -> Option<(ExprId, bool)> {
-        let (base, step) = self.bases.get(variable.checked_sub(1)?)?;
-        Some((*base, !step.is_one()))
+        self.power(variable).map(|(base, step)| (base, !step.is_one()))
+    }
+
+    /// What a variable is a power of, and the power.
+    pub(super) fn power(&self, variable: usize) -> Option<(ExprId, &Number)> {
+        self.bases.get(variable.checked_sub(1)?).map(|(base, step)| (*base, step))
     }
 
     /// The powers of a monomial.

@@ -7,10 +7,11 @@
 
 use super::characteristic::Factor;
 use super::ring::{EXPONENT, Expanded, Ring};
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Function, Pool, evaluate_closed};
 use crate::number::Number;
 use crate::order::{Gather, Order};
 use crate::polynomial::{Polynomial, determinant};
+use crate::precision::{Ball, Scalar};
 
 /// Longer conditions are given in the coefficients, if at all.
 const MOST_TERMS: usize = 60;
@@ -23,6 +24,10 @@ const MOST_PRODUCTS: usize = 100;
 #[derive(Clone, Debug)]
 pub(super) struct Signs {
     pub(super) variables: Vec<bool>,
+    /// Which are never above 1 nor below -1.
+    bounded: Vec<bool>,
+    /// The numbers that variables without symbols stand for.
+    values: Vec<Option<Ball>>,
     others: Vec<Polynomial>,
 }
 
@@ -56,7 +61,18 @@ impl Signs {
     pub(super) fn new(pool: &Pool, ring: &Ring, (known, weak): &(Vec<Expanded>, Vec<ExprId>)) -> Self {
         let is_positive = |base| pool.is_nonnegative(base) && !weak.contains(&base);
         let positive = |at| ring.base(at).is_some_and(|(base, is_root)| is_root || is_positive(base));
-        let mut own = Self { variables: (0..ring.variables()).map(positive).collect(), others: Vec::new() };
+        let function = |at| pool.as_function(ring.base(at)?.0);
+        let is_bounded = |at| matches!(function(at), Some((Function::Sin | Function::Cos | Function::Tanh, _)));
+        let value = |at| {
+            let (base, step) = ring.power(at).filter(|(base, _)| pool.is_constant(*base))?;
+            Some(evaluate_closed::<Ball>(pool, base, ())?.pow(&Ball::from_number(step, ())))
+        };
+        let mut own = Self {
+            variables: (0..ring.variables()).map(positive).collect(),
+            bounded: (0..ring.variables()).map(is_bounded).collect(),
+            values: (0..ring.variables()).map(value).collect(),
+            others: Vec::new(),
+        };
         // What is known of one may tell the sign of another.
         for _ in 0..2 {
             for expanded in known {
@@ -98,12 +114,58 @@ impl Signs {
         if self.others.contains(polynomial) {
             return Some(false);
         }
-        let mut all = polynomial.terms();
-        if !all.all(|(powers, _)| self.is_positive(powers)) {
-            return None;
+        if let Some(negative) = self.of_number(polynomial) {
+            return Some(negative);
         }
         let opposite = polynomial.scaled(&Number::MINUS_ONE);
-        [polynomial, &opposite].into_iter().position(exceeds_squares).map(|at| at == 1)
+        [polynomial, &opposite].into_iter().position(|own| self.exceeds_squares(own)).map(|at| at == 1)
+    }
+
+    /// The sign of a polynomial that is a number.
+    fn of_number(&self, polynomial: &Polynomial) -> Option<bool> {
+        let term = |(powers, value): (&Vec<u32>, &Number)| {
+            let mut powers = powers.iter().zip(&self.values).filter(|(power, _)| **power > 0);
+            powers.try_fold(Ball::from_number(value, ()), |product, (power, base)| {
+                Some(product.mul(&base.as_ref()?.powi(i32::try_from(*power).ok()?)))
+            })
+        };
+        let sum = polynomial.terms().try_fold(Ball::ZERO, |sum, own| Some(sum.add(&term(own)?)))?;
+        if sum.is_positive() { Some(false) } else { sum.is_negative().then_some(true) }
+    }
+
+    /// Whether the terms of a sum that are positive are more than all others: each of these is twice that of a square
+    /// a p² - 2 √(a b) p q + b q² whose other terms are there, or less for a sine in it, and something is left.
+    fn exceeds_squares(&self, of: &Polynomial) -> bool {
+        let is_positive = |own: &(&Vec<u32>, Number)| !own.1.is_negative() && self.is_positive(own.0);
+        let (mut left, others): (Vec<_>, Vec<_>) =
+            of.terms().map(|(powers, value)| (powers, value.clone())).partition(is_positive);
+        if others.len().max(left.len()) > MOST_TERMS {
+            return others.is_empty();
+        }
+        let mut is_less = false;
+        for (middle, value) in others {
+            let quarter = value.mul(&value).mul(&Number::half()).mul(&Number::half());
+            let found = (0..left.len()).flat_map(|i| (0..=i).map(move |j| (i, j))).find_map(|(i, j)| {
+                let ((a, x), (b, y)) = (&left[i], &left[j]);
+                let mut powers =
+                    middle.iter().zip(a.iter().zip(*b)).map(|(own, (a, b))| (2 * own, a + b)).zip(&self.bounded);
+                let mut bounded = false;
+                let reaches = powers.all(|((own, both), is_bounded)| {
+                    bounded |= own > both;
+                    own == both || *is_bounded && own > both
+                });
+                let needed = if i == j { value.abs() } else { quarter.div(y)? };
+                (reaches && needed <= *x).then(|| (i, j, x.sub(&needed), bounded))
+            });
+            let Some((i, j, rest, bounded)) = found else { return false };
+            is_less |= bounded;
+            left[i].1 = rest;
+            if i != j {
+                left.remove(j);
+            }
+            left.retain(|(_, value)| !value.is_zero());
+        }
+        is_less || !left.is_empty()
     }
 
     /// Whether a product of powers is positive.
@@ -121,8 +183,11 @@ impl Signs {
         let is_weak = |own: &Polynomial| {
             !(self.others.contains(own) || is_alike(own) && own.terms().any(|(powers, _)| is_sure(powers)))
         };
-        if polynomial.is_zero() || self.of_terms(polynomial).is_some() {
-            return polynomial.is_zero() || is_weak(polynomial);
+        if polynomial.is_zero() || self.of_number(polynomial).is_some() {
+            return polynomial.is_zero();
+        }
+        if self.of_terms(polynomial).is_some() {
+            return is_weak(polynomial);
         }
         self.factors(polynomial).1.iter().any(|(factor, times)| match self.of_terms(factor) {
             Some(_) => is_weak(factor),
@@ -195,8 +260,14 @@ impl Signs {
 
 /// What has to be positive for the exponents of a factor to be on the left, or of an even one on the imaginary axis and single; `None`
 /// where that is not written out.
-pub(super) fn conditions(factor: &Factor, ring: &Ring, signs: &Signs, conservative: bool) -> Option<Vec<Polynomial>> {
-    let coefficients = coefficients(factor, signs, conservative)?;
+/// Exponents of factors that occur several times have vectors enough where motions are `bounded`.
+pub(super) fn conditions(
+    factor: &Factor,
+    ring: &Ring,
+    signs: &Signs,
+    [conservative, bounded]: [bool; 2],
+) -> Option<Vec<Polynomial>> {
+    let coefficients = coefficients(factor, signs, bounded)?;
     let mut found = needed(&coefficients, factor.is_even(), conservative)?;
     for own in &mut found {
         let is_zero = own.is_zero();
@@ -213,9 +284,9 @@ pub(super) fn conditions(factor: &Factor, ring: &Ring, signs: &Signs, conservati
 pub(super) fn conditions_in_coefficients(
     factor: &Factor,
     signs: &Signs,
-    conservative: bool,
+    [conservative, bounded]: [bool; 2],
 ) -> Option<(Vec<Polynomial>, Vec<Polynomial>)> {
-    let coefficients = coefficients(factor, signs, conservative)?;
+    let coefficients = coefficients(factor, signs, bounded)?;
     let count = coefficients.len();
     let variables: Vec<Polynomial> = (0..count).map(|at| Polynomial::variable(count, at)).collect();
     let mut found = needed(&variables, factor.is_even(), conservative)?;
@@ -227,9 +298,9 @@ pub(super) fn conditions_in_coefficients(
 }
 
 /// The coefficients of a factor, the leading one positive; of an even one those of its powers of s².
-fn coefficients(factor: &Factor, signs: &Signs, conservative: bool) -> Option<Vec<Polynomial>> {
+fn coefficients(factor: &Factor, signs: &Signs, bounded: bool) -> Option<Vec<Polynomial>> {
     let even = factor.is_even();
-    if even && factor.repeated > 1 && !conservative {
+    if even && factor.repeated > 1 && !bounded {
         return None;
     }
     let mut coefficients = factor.polynomial.coefficients(EXPONENT);
@@ -347,30 +418,6 @@ pub(super) fn essential(all: &[Polynomial], signs: &Signs) -> Vec<Sign> {
         }
     }
     kept
-}
-
-/// Whether a sum of products that are positive but for their numbers is positive: each term with a negative number is twice that of a
-/// square a p² - 2 √(a b) p q + b q² whose other terms are there, and something is left.
-fn exceeds_squares(of: &Polynomial) -> bool {
-    let (negative, mut left): (Vec<_>, Vec<_>) =
-        of.terms().map(|(powers, value)| (powers, value.clone())).partition(|(_, value)| value.is_negative());
-    if negative.len().max(left.len()) > MOST_TERMS {
-        return negative.is_empty();
-    }
-    let pairs = |middle: &[u32], a: &[u32], b: &[u32]| (0..middle.len()).all(|at| 2 * middle[at] == a[at] + b[at]);
-    for (middle, value) in negative {
-        let quarter = value.mul(&value).mul(&Number::half()).mul(&Number::half());
-        let found = (0..left.len()).flat_map(|i| (0..i).map(move |j| (i, j))).find_map(|(i, j)| {
-            let ((a, x), (b, y)) = (&left[i], &left[j]);
-            let needed = quarter.div(y).filter(|needed| needed <= x && pairs(middle, a, b))?;
-            Some((i, j, x.sub(&needed)))
-        });
-        let Some((i, j, rest)) = found else { return false };
-        left[i].1 = rest;
-        left.remove(j);
-        left.retain(|(_, value)| !value.is_zero());
-    }
-    !left.is_empty()
 }
 
 /// Whether one is positive where another is: times what is known to be positive it is more than a part of that.

@@ -427,6 +427,20 @@ pub fn superscript(text: &str) -> Option<String> {
     replaced(text, "0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 }
 
+/// A unit as books have it: `kg·m²` for `kg*m^2`.
+#[must_use]
+pub fn unit(text: &str) -> String {
+    let is_raised = |c: char| c.is_ascii_digit() || c == '-';
+    let mut parts = text.split('^');
+    let first = parts.next().unwrap_or_default().to_owned();
+    let whole = parts.fold(first, |own, part| {
+        let (power, rest) = part.split_at(part.find(|c| !is_raised(c)).unwrap_or(part.len()));
+        let raised = superscript(power).filter(|raised| !raised.is_empty());
+        own + &raised.unwrap_or_else(|| format!("^{power}")) + rest
+    });
+    whole.replace('*', "·")
+}
+
 fn lowered(text: &str) -> Option<String> {
     replaced(text, "0123456789aehijklmnoprstuvx+-", "₀₁₂₃₄₅₆₇₈₉ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓ₊₋")
 }

@@ -29,7 +29,7 @@ mod points;
 mod symbol;
 mod typst;
 
-pub use block::{Block, superscript};
+pub use block::{Block, superscript, unit};
 pub use lower::Notation;
 pub use symbol::{Subscript, Symbol};
 

@@ -54,6 +54,9 @@ const SHORT: &[(&str, &str)] = &[
     ("Om", "Omega"),
 ];
 
+/// Words of the language that are no names, beside a name `L` or `F`.
+const SCRIPT: &[(&str, &str, &str)] = &[("lagrangian", r"\mathcal{L}", "ℒ"), ("dissipation", r"\mathcal{F}", "ℱ")];
+
 /// The Greek letter that letters are short for.
 fn in_full(letters: &str) -> Option<&'static str> {
     SHORT.iter().find(|(short, _)| *short == letters).map(|(_, name)| *name)
@@ -63,7 +66,7 @@ fn in_full(letters: &str) -> Option<&'static str> {
 fn greek(name: &str) -> Option<(&'static str, &'static str)> {
     // The sign for micro is the letter mu.
     let name = if name == "\u{b5}" { "mu" } else { name };
-    let found = GREEK.iter().find(|(known, _, letter)| *known == name || *letter == name);
+    let found = GREEK.iter().chain(SCRIPT).find(|(known, _, letter)| *known == name || *letter == name);
     found.map(|(_, latex, unicode)| (*latex, *unicode))
 }
 
