@@ -4,15 +4,13 @@
 //! told by the Lie brackets of the fields of allowed velocities (Frobenius). *Nothing is multiplied by a factor to be a gradient.*
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use super::elimination::Elimination;
 use super::rows::{Rows, eliminate};
 use super::symbolic::stated;
-use crate::expr::{Exponentials, ExprId, Pool, Seeds, Substitution, Symbol};
-use crate::model::{Constraint, Model, SymbolKind};
-use crate::number::Number;
-use crate::order::{Gather, Order};
+use crate::expr::{ExprId, Pool, Seeds, Symbol};
+use crate::model::{Constraint, Model, SymbolKind, along_path};
+use crate::order::Order;
 
 /// Conditions whose coefficients are the gradient of a function, and those that are with a multiple of another one, integrated:
 /// relations of the coordinates that hold where the search starts. The others are left as they are, and those whose integral is not known.
@@ -90,22 +88,9 @@ fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
         }
     }
     let start = stated(model, true);
-    let places: Vec<(Symbol, ExprId)> =
-        rows.iter().map(|(i, _)| (model.coordinates.at(*i).symbol, start[*i])).collect();
-    let mut terms = Vec::with_capacity(rows.len());
-    for (at, ((_, slope), (symbol, start))) in rows.iter().zip(&places).enumerate() {
-        let pool = &mut model.pool;
-        let later: Substitution = places[at + 1..].iter().copied().gather();
-        let slope = pool.substitute_one(*slope, &later);
-        let own = pool.symbol_expr(*symbol);
-        let function = Exponentials::of(pool, slope, *symbol).ok()?;
-        let numbers = function.rates().into_iter();
-        let numbers: BTreeMap<ExprId, Option<bool>> =
-            numbers.map(|rate| (rate, pool.as_number(rate).map(Number::is_zero))).gather();
-        let vanishes = |rate| numbers.get(&rate).copied().unwrap_or(Some(true));
-        terms.push(function.integral(pool, [*start, own], vanishes).ok()?);
-    }
-    Some(model.pool.sum(&terms))
+    let path = rows.iter().map(|(i, slope)| (model.coordinates.at(*i).symbol, [start[*i], *slope]));
+    let path: Vec<(Symbol, [ExprId; 2])> = path.collect();
+    along_path(&mut model.pool, &path)
 }
 
 /// How many of the conditions, constraints included, no function of the coordinates gives: the rank of the Lie brackets of the

@@ -5,14 +5,32 @@ use std::collections::BTreeMap;
 use super::ModelError;
 use super::assume::Assumption;
 use super::names::World;
-use crate::expr::{Exponentials, ExprId, Symbol, evaluate_closed};
+use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol, evaluate_closed};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::precision::Big;
 use crate::span::Span;
 use crate::syntax::Comparison;
 
 /// Enough to tell numbers from 0 that a person writes.
 const BITS: usize = 256;
+
+/// The function whose derivatives by these symbols are the second of each pair, and that is 0 where they are the first: along a path
+/// from there, one symbol after the other. `None` where an integral is not known.
+pub(crate) fn along_path(pool: &mut Pool, path: &[(Symbol, [ExprId; 2])]) -> Option<ExprId> {
+    let mut parts = Vec::with_capacity(path.len());
+    for (at, (symbol, [start, slope])) in path.iter().enumerate() {
+        let later: Substitution = path[at + 1..].iter().map(|(symbol, [start, _])| (*symbol, *start)).gather();
+        let slope = pool.substitute_one(*slope, &later);
+        let function = Exponentials::of(pool, slope, *symbol).ok()?;
+        let rates = function.rates().into_iter().map(|rate| (rate, pool.as_number(rate).map(Number::is_zero)));
+        let known: BTreeMap<ExprId, Option<bool>> = rates.gather();
+        let end = pool.symbol_expr(*symbol);
+        let vanishes = |rate| known.get(&rate).copied().unwrap_or(Some(true));
+        parts.push(function.integral(pool, [*start, end], vanishes).ok()?);
+    }
+    Some(pool.sum(&parts))
+}
 
 impl World {
     /// The integral of an expression over a variable between bounds, exact.

@@ -52,6 +52,7 @@ pub use elaborate::{coordinate_count, elaborate};
 pub use error::ModelError;
 pub use feature::Feature;
 pub use given::{Given, Givens};
+pub(crate) use integral::along_path;
 pub use names::{Parameter, SymbolKind};
 pub use points::{Drawing, Point};
 pub use range::{Range, entries};

@@ -1,15 +1,13 @@
 //! Whether a model depends on the time. What merely contains `t` does not: a body that is turned about the vertical.
 
-use std::collections::BTreeMap;
-
 use super::coordinates::Symbols;
 use super::elaborate::Elaborator;
+use super::integral::along_path;
 use super::names::World;
 use super::terms::{Local, TermFamily};
 use super::{Constraint, Model};
-use crate::expr::{Exponentials, ExprId, Node, Pool, Substitution, Symbol};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
-use crate::order::Gather;
 use crate::precision::Function;
 use crate::span::Span;
 
@@ -127,21 +125,9 @@ impl Model {
 
 /// A function of the coordinates of a term whose derivatives are these, by their places; `None` where none is found.
 fn potential_of(pool: &mut Pool, family: &TermFamily, slopes: &[(usize, ExprId)]) -> Option<ExprId> {
-    let zero = pool.zero();
-    let mut parts = Vec::new();
-    for (at, (place, slope)) in slopes.iter().enumerate() {
-        // One coordinate after the other goes from 0 to where it is.
-        let later = slopes.iter().skip(at + 1).map(|(place, _)| (family.locals[*place].coordinate, zero));
-        let along = pool.substitute_one(*slope, &later.gather());
-        let variable = family.locals[*place].coordinate;
-        let function = Exponentials::of(pool, along, variable).ok()?;
-        let rates = function.rates().into_iter().map(|rate| (rate, pool.as_number(rate).map(Number::is_zero)));
-        let known: BTreeMap<ExprId, Option<bool>> = rates.gather();
-        let end = pool.symbol_expr(variable);
-        let vanishes = |rate| known.get(&rate).copied().unwrap_or(Some(true));
-        parts.push(function.integral(pool, [zero, end], vanishes).ok()?);
-    }
-    let sum = pool.sum(&parts);
+    let path = slopes.iter().map(|(place, slope)| (family.locals[*place].coordinate, [pool.zero(), *slope]));
+    let path: Vec<(Symbol, [ExprId; 2])> = path.collect();
+    let sum = along_path(pool, &path)?;
     let is_right = slopes.iter().all(|(place, slope)| {
         let own = pool.diff(sum, family.locals[*place].coordinate);
         pool.agree(own, *slope)
