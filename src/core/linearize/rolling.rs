@@ -25,13 +25,11 @@ use super::error::LinearizeError;
 use super::integrable::not_integrable;
 use super::multipliers::clear_column;
 use super::parameters::{Formulas, known_values};
-use super::rows::{
-    Rows, added, beginning, eliminate, masked, minus, parts, product, scaled, total, transposed, vanish,
-};
+use super::rows::{Rows, added, beginning, eliminate, masked, minus, parts, product, scaled, total, vanish};
 use super::symbolic::{self, SymbolicMatrices, equilibrium_expressions, matrices_at};
 use super::velocity::{Numbers, sum};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
-use crate::model::Model;
+use crate::model::{Model, transposed};
 use crate::number::Number;
 use crate::order::Gather;
 use crate::precision::{Ball, Dual, Enclosure, Scalar};

@@ -2,6 +2,7 @@
 
 use super::multipliers::clear_column;
 use crate::expr::{ExprId, Pool};
+use crate::model::transposed;
 use crate::number::Number;
 
 /// Rows of expressions.
@@ -17,11 +18,6 @@ pub(super) fn product(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
         if pool.vanishes(sum) { pool.zero() } else { sum }
     };
     left.iter().map(|row| (0..width).map(|column| entry(row, column)).collect()).collect()
-}
-
-pub(super) fn transposed(rows: &Rows) -> Rows {
-    let width = rows.first().map_or(0, Vec::len);
-    (0..width).map(|column| rows.iter().map(|row| row[column]).collect()).collect()
 }
 
 pub(super) fn scaled(pool: &mut Pool, rows: &Rows, factor: Number) -> Rows {

@@ -63,6 +63,7 @@ pub use tensors::Tensor;
 pub(crate) use terms::slopes_by;
 pub use terms::{Local, TermFamily};
 pub use units::{unit_dimension, unit_names, units_with_prefixes};
+pub(crate) use values::transposed;
 pub use warning::Warning;
 
 use crate::expr::{ExprId, Pool};

@@ -212,7 +212,7 @@ fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value,
     Ok(Value::from_rows(rows))
 }
 
-pub(super) fn transposed(rows: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
+pub(crate) fn transposed(rows: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
     let width = rows.first().map_or(0, Vec::len);
     (0..width).map(|j| rows.iter().map(|row| row[j]).collect()).collect()
 }
