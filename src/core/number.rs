@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 use std::hash::{Hash, Hasher};
 use std::num::NonZeroU64;
 
-use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
+use dashu_int::ops::{BitTest, ExtendedGcd, Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 
@@ -396,16 +396,10 @@ impl Number {
     }
 }
 
-/// The inverse of `a` modulo `p` by the extended Euclidean algorithm; `None` where there is none.
+/// The inverse of `a` modulo `p`; `None` where there is none.
 pub(crate) fn inverse_modulo(a: u64, p: u64) -> Option<u64> {
-    let (mut r0, mut r1) = (p, a % p);
-    let (mut t0, mut t1) = (0i128, 1i128);
-    while r1 != 0 {
-        let q = r0 / r1;
-        (r0, r1) = (r1, r0 - q * r1);
-        (t0, t1) = (t1, t0 - i128::from(q) * t1);
-    }
-    (r0 == 1).then(|| t0.rem_euclid(i128::from(p)) as u64)
+    let (divisor, _, inverse) = p.gcd_ext(a % p);
+    (divisor == 1).then(|| i128::from(inverse).rem_euclid(i128::from(p)) as u64)
 }
 
 impl From<i64> for Number {
