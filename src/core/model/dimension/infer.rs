@@ -222,8 +222,7 @@ impl<'a> Inference<'a> {
         self.of_one_kind(binding, &binding.name, &quantity, "unit");
         for (side, what) in sides {
             if let Some(root) = side {
-                let side = self.evaluate(root, scope);
-                self.same(binding, &quantity, what, side, root);
+                self.same(binding, &binding.name, &quantity, what, (root, scope));
             }
         }
     }
@@ -258,8 +257,7 @@ impl<'a> Inference<'a> {
         let quantity = self.declare(&binding.name.text, quantity);
         self.of_one_kind(binding, &binding.name, &quantity, "unit");
         if names {
-            let side = self.evaluate(root, scope);
-            self.same(binding, &quantity, "right side", side, root);
+            self.same(binding, &binding.name, &quantity, "right side", (root, scope));
         }
     }
 
@@ -283,22 +281,20 @@ impl<'a> Inference<'a> {
     /// What a statement gives, in its unit and by its right side.
     fn stated(&mut self, binding: &'a Binding, quantity: Quantity, side: &'static str, name: Name) {
         let scope = self.binders(binding.indices.as_deref(), 0);
-        let unit = binding.unit.map(|unit| self.file.unit(unit).span);
         self.of_one_kind(binding, &name, &quantity, side);
         if let Some(root) = binding.value.filter(|root| self.names_something(*root)) {
-            let own = self.evaluate(root, scope);
-            let (declared, span) = (unit.unwrap_or(name.span), self.file.expr(root).span);
-            self.same_at(&name, declared, &quantity, side, own, span);
+            self.same(binding, &name, &quantity, side, (root, scope));
         }
     }
 
-    fn same(&mut self, binding: &Binding, quantity: &Quantity, side: &'static str, value: Quantity, root: ExprRef) {
-        let declared = binding.unit.map_or(binding.name.span, |unit| self.file.unit(unit).span);
-        let span = self.file.expr(root).span;
-        self.same_at(&binding.name, declared, quantity, side, value, span);
+    /// Requires a right side, read in a scope, to be what its name is.
+    fn same(&mut self, binding: &Binding, name: &Name, known: &Quantity, side: &'static str, at: (ExprRef, usize)) {
+        let value = self.evaluate(at.0, at.1);
+        let declared = binding.unit.map_or(name.span, |unit| self.file.unit(unit).span);
+        self.same_at(name, declared, known, side, value, self.file.expr(at.0).span);
     }
 
-    /// Requires a right side to be what its name is.
+    /// Requires one quantity to be what another is.
     fn same_at(
         &mut self,
         name: &Name,
