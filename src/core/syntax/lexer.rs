@@ -61,6 +61,15 @@ impl Token {
     pub(super) fn text(self, source: &str) -> &str {
         source.get(self.span().range()).unwrap_or("")
     }
+
+    /// How many brackets are open behind it, of which so many were before it.
+    pub(super) fn depth_behind(self, depth: usize) -> usize {
+        match self.kind {
+            TokenKind::Open => depth + 1,
+            TokenKind::Close => depth.saturating_sub(1),
+            _ => depth,
+        }
+    }
 }
 
 /// Whether a name may begin with the character.

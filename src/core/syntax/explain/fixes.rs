@@ -193,11 +193,9 @@ pub(super) fn declared_in(source: &str, part: Span, name: &str) -> Option<&'stat
         if declares && text == name {
             return words::STATEMENT_WORDS.into_iter().find(|own| *own == word);
         }
-        match token.kind {
-            TokenKind::Open => depth += 1,
-            TokenKind::Close => depth = depth.saturating_sub(1),
-            _ if words::is_statement_word(text) => (word, depth) = (text, 0),
-            _ => {}
+        depth = token.depth_behind(depth);
+        if words::is_statement_word(text) {
+            (word, depth) = (text, 0);
         }
         before = Some(token);
     }

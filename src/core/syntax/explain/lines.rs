@@ -141,11 +141,7 @@ fn accelerated(source: &str, line: &[Token]) -> Option<String> {
 fn constraint_without_word(source: &str, [left, right]: [&[Token]; 2], statement: &str) -> Option<SyntaxError> {
     let mut depth = 0_usize;
     let is_sum = left.iter().any(|own| {
-        match own.kind {
-            TokenKind::Open => depth += 1,
-            TokenKind::Close => depth = depth.saturating_sub(1),
-            _ => {}
-        }
+        depth = own.depth_behind(depth);
         let sign = matches!(own.kind, TokenKind::Plus | TokenKind::Minus | TokenKind::Star | TokenKind::Caret);
         depth == 0 && sign
     });

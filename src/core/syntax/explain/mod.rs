@@ -90,11 +90,7 @@ pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxErr
     // A word that is told, or was before; what follows it may be its name.
     let mut told = span.start;
     while let Some(token) = tokens.next() {
-        match token.kind {
-            TokenKind::Open => depth += 1,
-            TokenKind::Close => depth = depth.saturating_sub(1),
-            _ => {}
-        }
+        depth = token.depth_behind(depth);
         if errors.len() >= MOST_ERRORS {
             break;
         }
