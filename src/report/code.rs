@@ -227,24 +227,40 @@ impl Writer<'_> {
     /// A function of the parameters, whose lines may use the equilibrium.
     fn function(&self, rest: &Rest, name: &str, result: &str, lines: &str) -> String {
         let searched = rest.search.is_some() && name != "equilibrium";
+        let search = match self.language {
+            Language::C => "    double q[LIBRATE_N];\n    librate_equilibrium(p, q);\n",
+            Language::Rust => "    let mut q = [0.0_f64; LIBRATE_N];\n    librate_equilibrium(p, &mut q);\n",
+            Language::Python => "    q = equilibrium(p)\n",
+        };
+        let search = if searched { search } else { "" };
+        self.defined(name, false, result, &format!("{search}{lines}"))
+    }
+
+    /// A function of the parameters, or of the motion too; without a name for the result it is a number.
+    fn defined(&self, name: &str, moves: bool, result: &str, text: &str) -> String {
+        let is_number = result.is_empty();
+        let either = |moving: &'static str, still: &'static str| if moves { moving } else { still };
         match self.language {
             Language::C => {
-                let search = if searched { "    double q[LIBRATE_N];\n    librate_equilibrium(p, q);\n" } else { "" };
-                format!(
-                    "\nvoid librate_{name}(const double *p, double *{result}) {{\n    (void)p;\n{search}{lines}}}\n"
-                )
+                let inputs = either("double t, const double *q, const double *v, const double *p", "const double *p");
+                let unused = either("(void)t; (void)q; (void)v; (void)p;", "(void)p;");
+                let (kind, result) =
+                    if is_number { ("double", String::new()) } else { ("void", format!(", double *{result}")) };
+                format!("\n{kind} librate_{name}({inputs}{result}) {{\n    {unused}\n{text}}}\n")
             }
             Language::Rust => {
-                let search = "    let mut q = [0.0_f64; LIBRATE_N];\n    librate_equilibrium(p, &mut q);\n";
-                let search = if searched { search } else { "" };
-                let result = result.to_lowercase();
-                format!(
-                    "\npub fn librate_{name}(p: &[f64], {result}: &mut [f64]) {{\n    let _ = p;\n{search}{lines}}}\n"
-                )
+                let inputs = either("t: f64, q: &[f64], v: &[f64], p: &[f64]", "p: &[f64]");
+                let unused = either("(t, q, v, p)", "p");
+                let (result, kind) = if is_number {
+                    (String::new(), " -> f64")
+                } else {
+                    (format!(", {}: &mut [f64]", result.to_lowercase()), "")
+                };
+                format!("\npub fn librate_{name}({inputs}{result}){kind} {{\n    let _ = {unused};\n{text}}}\n")
             }
             Language::Python => {
-                let search = if searched { "    q = equilibrium(p)\n" } else { "" };
-                format!("\n\ndef {name}(p):\n    p = _values(p)\n{search}{lines}")
+                let inputs = either("t, q, v, p", "p");
+                format!("\n\ndef {name}({inputs}):\n    p = _values(p)\n{text}")
             }
         }
     }
@@ -320,35 +336,8 @@ impl Writer<'_> {
         lines(self.language, program, &inputs)
     }
 
-    /// A function of the motion; without a name for the result it is a number.
-    fn of_motion(&self, name: &str, result: &str, text: &str) -> String {
-        let is_number = result.is_empty();
-        match self.language {
-            Language::C => {
-                let (kind, result) =
-                    if is_number { ("double", String::new()) } else { ("void", format!(", double *{result}")) };
-                format!(
-                    "\n{kind} librate_{name}(double t, const double *q, const double *v, const double *p{result}) {{\n    \
-                     (void)t; (void)q; (void)v; (void)p;\n{text}}}\n"
-                )
-            }
-            Language::Rust => {
-                let (result, kind) = if is_number {
-                    (String::new(), " -> f64")
-                } else {
-                    (format!(", {}: &mut [f64]", result.to_lowercase()), "")
-                };
-                format!(
-                    "\npub fn librate_{name}(t: f64, q: &[f64], v: &[f64], p: &[f64]{result}){kind} {{\n    \
-                     let _ = (t, q, v, p);\n{text}}}\n"
-                )
-            }
-            Language::Python => format!("\n\ndef {name}(t, q, v, p):\n    p = _values(p)\n{text}"),
-        }
-    }
-
     fn mass_matrix(&self) -> String {
-        self.of_motion("mass_matrix", "M", &self.entries("M", self.moving(&self.code.mass)))
+        self.defined("mass_matrix", true, "M", &self.entries("M", self.moving(&self.code.mass)))
     }
 
     fn forces(&self) -> String {
@@ -357,7 +346,7 @@ impl Writer<'_> {
             Language::Python => format!("    return [{}]\n", results.join(", ")),
             Language::C | Language::Rust => self.puts("f", &results),
         });
-        self.of_motion("forces", "f", &text)
+        self.defined("forces", true, "f", &text)
     }
 
     fn energy(&self) -> String {
@@ -369,7 +358,7 @@ impl Writer<'_> {
             Language::C => format!("    return {energy};\n"),
             Language::Python => format!("    return {energy}\n"),
         });
-        self.of_motion("energy", "", &text)
+        self.defined("energy", true, "", &text)
     }
 
     fn acceleration(&self) -> String {
@@ -391,6 +380,6 @@ impl Writer<'_> {
                 format!("{text}    return _solve([\n{}    ], [{}])\n", rows.collect::<String>(), loads.join(", "))
             }
         };
-        self.of_motion("acceleration", "a", &text)
+        self.defined("acceleration", true, "a", &text)
     }
 }
