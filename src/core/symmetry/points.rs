@@ -26,20 +26,10 @@ fn row(bodies: &Bodies) -> Option<usize> {
 
 /// All permutations of a few axes with all signs.
 fn turns(width: usize) -> Vec<SignedPermutation> {
-    let mut orders: Vec<Vec<usize>> = vec![Vec::new()];
-    for _ in 0..width {
-        let longer = orders.iter().flat_map(|order| {
-            (0..width).filter(|axis| !order.contains(axis)).map(|axis| [order.as_slice(), &[axis]].concat())
-        });
-        orders = longer.collect();
-    }
-    let signed = orders.into_iter().flat_map(|image| {
-        (0..1_u32 << width).map(move |signs| SignedPermutation {
-            image: image.clone(),
-            negative: (0..width).map(|k| signs & (1 << k) != 0).collect(),
-        })
-    });
-    signed.collect()
+    let flip = (0..width).map(|k| (k, k == 0)).collect();
+    let turn = (0..width).map(|k| ((k + 1) % width, false)).collect();
+    let exchange = (0..width).map(|k| (if k < 2 { (k + 1) % width.min(2) } else { k }, false)).collect();
+    SignedPermutation::group(&[flip, turn, exchange], usize::MAX)
 }
 
 /// Where the coordinates of bodies go, if each body goes where there is another.
