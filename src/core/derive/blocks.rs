@@ -36,14 +36,10 @@ pub(super) fn commuting_mirrors(symmetry: &Symmetry) -> Vec<SignedPermutation> {
     let generators = symmetry.generators.iter().cloned();
     for g in generators.chain(SignedPermutation::group(&symmetry.generators, MOST_ELEMENTS)) {
         let undoes_itself = g.after(&g).is_identity() && !g.moves_nothing();
-        // What products of the others do already tells nothing new.
-        let is_new = (0_u32..1 << chosen.len()).all(|set| {
-            let members = chosen.iter().enumerate().filter(|(i, _)| set & (1 << i) != 0);
-            let start = SignedPermutation::unsigned((0..g.len()).collect());
-            members.fold(start, |product, (_, h)| product.after(h)) != g
-        });
         let commutes = chosen.iter().all(|h| g.after(h) == h.after(&g));
-        if undoes_itself && commutes && is_new && chosen.len() < MOST_MIRRORS {
+        // What products of the others do already tells nothing new.
+        let is_new = || !SignedPermutation::group(&chosen, 1 << MOST_MIRRORS).contains(&g);
+        if undoes_itself && commutes && chosen.len() < MOST_MIRRORS && is_new() {
             chosen.push(g);
         }
     }
@@ -117,12 +113,7 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
         if seen.contains(start) {
             continue;
         }
-        let mut cycle = vec![*start];
-        while cycle.len() < *length
-            && let Some(last) = cycle.last()
-        {
-            cycle.push(turn.of(*last).0);
-        }
+        let cycle: Vec<usize> = std::iter::successors(Some(*start), |i| Some(turn.of(*i).0)).take(*length).collect();
         seen.extend(&cycle);
         cells.push(cycle);
     }
