@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::equations::velocities;
+use super::equations::{both_ways, velocities};
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::shapes::determinant;
@@ -19,9 +19,8 @@ const MOST_IN_SQUARES: u64 = 300;
 pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Vec<MotionSum> {
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
     for ((i, j), value) in &lagrangian.inertia {
-        rows[*i].push(MotionTerm::new(*value, &[(Motion::Velocity(*j), 1)]));
-        if i != j {
-            rows[*j].push(MotionTerm::new(*value, &[(Motion::Velocity(*i), 1)]));
+        for (i, j) in both_ways(*i, *j) {
+            rows[i].push(MotionTerm::new(*value, &[(Motion::Velocity(j), 1)]));
         }
     }
     let mut rest: BTreeMap<usize, Vec<ExprId>> = lagrangian.linear.iter().map(|(i, own)| (*i, vec![*own])).gather();

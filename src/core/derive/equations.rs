@@ -34,6 +34,11 @@ pub(super) fn velocities(i: usize, j: usize) -> Factors {
     }
 }
 
+/// An entry of a symmetric matrix with its mirror image.
+pub(super) fn both_ways(i: usize, j: usize) -> impl Iterator<Item = (usize, usize)> {
+    [(i, j), (j, i)].into_iter().take(if i == j { 1 } else { 2 })
+}
+
 /// What moves alone.
 pub(super) fn single(motion: Motion) -> Factors {
     vec![(motion, 1)]
@@ -78,24 +83,14 @@ fn add(parts: &mut Parts, equation: usize, motion: Factors, value: ExprId, facto
 /// From T2: each A_ij with i < j stands for A_ij q_i' q_j', each A_ii for 1/2 A_ii q_i'^2.
 fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts: &mut Parts) {
     for ((i, j), value) in &lagrangian.inertia {
-        let (i, j) = (*i, *j);
-        add(parts, i, single(Motion::Acceleration(j)), *value, Number::ONE);
-        if i != j {
-            add(parts, j, single(Motion::Acceleration(i)), *value, Number::ONE);
-        }
-        for (k, slope) in variables.symbols.slopes(pool, *value) {
-            add(parts, i, velocities(j, k), slope, Number::ONE);
-            if i == j {
-                add(parts, k, velocities(i, i), slope, Number::half().neg());
-            } else {
-                add(parts, j, velocities(i, k), slope, Number::ONE);
-                add(parts, k, velocities(i, j), slope, Number::MINUS_ONE);
-            }
-        }
+        let slopes = variables.symbols.slopes(pool, *value);
         let rate = variables.by_time(pool, *value);
-        add(parts, i, single(Motion::Velocity(j)), rate, Number::ONE);
-        if i != j {
-            add(parts, j, single(Motion::Velocity(i)), rate, Number::ONE);
+        let share = if i == j { Number::half() } else { Number::ONE };
+        slopes.iter().for_each(|(k, slope)| add(parts, *k, velocities(*i, *j), *slope, share.neg()));
+        for (i, j) in both_ways(*i, *j) {
+            add(parts, i, single(Motion::Acceleration(j)), *value, Number::ONE);
+            slopes.iter().for_each(|(k, slope)| add(parts, i, velocities(j, *k), *slope, Number::ONE));
+            add(parts, i, single(Motion::Velocity(j)), rate, Number::ONE);
         }
     }
 }
