@@ -12,7 +12,7 @@
 //!
 //! The corner stands for what is at the end: 0 a wall, 1 a free end, -1 a wall half a distance off.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use super::pair::Pair;
 use super::simplify::Algebra;
@@ -158,7 +158,6 @@ fn commutes(pool: &mut Pool, matrix: &[BTreeMap<usize, ExprId>], dimension: Dime
         let base = i - place * stride;
         dimension.row(place).into_iter().map(move |(j, value)| (base + j * stride, value))
     };
-    let mut known: HashMap<Vec<(ExprId, i64)>, bool> = HashMap::new();
     (0..matrix.len()).all(|i| {
         let mut row: BTreeMap<usize, BTreeMap<ExprId, i64>> = BTreeMap::new();
         // Row i of AT: A_ik T_kj, T being symmetric.
@@ -174,18 +173,9 @@ fn commutes(pool: &mut Pool, matrix: &[BTreeMap<usize, ExprId>], dimension: Dime
             }
         }
         row.into_values().all(|parts| {
-            let parts: Vec<(ExprId, i64)> = parts.into_iter().filter(|(_, c)| *c != 0).collect();
-            if parts.is_empty() {
-                return true;
-            }
-            if let Some(known) = known.get(&parts) {
-                return *known;
-            }
-            let terms: Vec<(ExprId, Number)> = parts.iter().map(|(e, c)| (*e, Number::from(*c))).collect();
-            let sum = pool.linear(&terms);
-            let vanishes = pool.vanishes(sum);
-            known.insert(parts, vanishes);
-            vanishes
+            let parts = parts.into_iter().filter(|(_, c)| *c != 0).map(|(e, c)| (e, Number::from(c)));
+            let sum = pool.linear(&parts.collect::<Vec<_>>());
+            pool.vanishes(sum)
         })
     })
 }
