@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::exponents::{ClosedExponent, Exponents};
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
 use super::roots::{best_to_read, of_polynomial, root};
-use super::simplify::{Algebra, rebuild};
+use super::simplify::{Algebra, bases_with, rebuild};
 use crate::expr::{ExprId, Node, Substitution, Symbol, Tape, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::Function;
@@ -272,10 +272,7 @@ impl ClosedExponent {
 /// nothing to go by, though a factor 0 may hide that.
 fn has_open_roots(pool: &mut Algebra<'_>, own: &ClosedExponent, symbol: Symbol, magnitudes: &BTreeSet<ExprId>) -> bool {
     let at_zero = Substitution::from([(symbol, pool.zero())]);
-    let nodes = pool.reachable(&[own.real, own.imaginary]);
-    let powers: Vec<(ExprId, Number)> = nodes.into_iter().flat_map(|id| pool.factors(id)).collect();
-    let roots: BTreeSet<ExprId> =
-        powers.into_iter().filter(|(_, exponent)| !exponent.is_integer()).map(|(base, _)| base).collect();
+    let roots = bases_with(pool, &[own.real, own.imaginary], |_, exponent| !exponent.is_integer());
     roots.into_iter().any(|base| {
         if !pool.symbols_of(&[base]).contains(&symbol) {
             return false;
