@@ -18,6 +18,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::classes::decomposed;
+use crate::groups::Groups;
 
 /// Larger groups get no classes.
 pub(super) const MOST_ELEMENTS: usize = 128;
@@ -279,21 +280,18 @@ impl PointGroup {
         let identity = (0..count).find(|i| table[*i][*i] == *i).unwrap_or_default();
         let inverse = |i: usize| (0..count).find(|j| table[i][*j] == identity).unwrap_or(i);
         let inverses: Vec<usize> = (0..count).map(inverse).collect();
-        let mut class = vec![usize::MAX; count];
-        let mut sizes = Vec::new();
-        for i in std::iter::once(identity).chain(0..count) {
-            if class[i] != usize::MAX {
-                continue;
-            }
-            let before = class.iter().filter(|own| **own != usize::MAX).count();
-            for g in 0..count {
-                let conjugate = table[table[g][i]][inverses[g]];
-                class[conjugate] = sizes.len();
-                class[inverses[conjugate]] = sizes.len();
-            }
-            sizes.push(class.iter().filter(|own| **own != usize::MAX).count() - before);
+        let mut together = Groups::new(count);
+        for i in 0..count {
+            together.join(i, inverses[i]);
+            (0..count).for_each(|g| together.join(i, table[table[g][i]][inverses[g]]));
         }
-        (class, sizes)
+        let mut classes = together.all();
+        classes.order_by_key(|own| !own.contains(&identity));
+        let mut class = vec![0; count];
+        for (number, own) in classes.iter().enumerate() {
+            own.iter().for_each(|i| class[*i] = number);
+        }
+        (class, classes.iter().map(Vec::len).collect())
     }
 
     /// Weights that tell all classes of symmetry apart.
