@@ -1,7 +1,5 @@
 //! A page as text of some width.
 
-use std::ops::Deref;
-
 use unicode_width::UnicodeWidthStr;
 
 use super::page::{self, Form, Line, Matrix, Page, Part};
@@ -22,7 +20,7 @@ const MOST_IN_SECTION: usize = 12;
 #[must_use]
 pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     let page = &Page::new(derivation);
-    let layout = Layout { style: *style, notation: (!style.ascii).then_some(&page.notation) };
+    let layout = Layout { style, notation: (!style.ascii).then_some(&page.notation) };
     let mut out = style.paint(Tone::Heading, &headline(page.model.as_deref(), page.dimension)) + "\n";
     for part in &page.parts {
         match part {
@@ -57,17 +55,9 @@ pub(super) fn wrapped(text: &str, width: usize) -> Vec<String> {
 
 /// How the page is laid out and what its names stand for.
 struct Layout<'a> {
-    style: Style,
+    style: &'a Style,
     /// None where the language's own notation is wanted.
     notation: Option<&'a Notation>,
-}
-
-impl Deref for Layout<'_> {
-    type Target = Style;
-
-    fn deref(&self) -> &Style {
-        &self.style
-    }
 }
 
 impl Layout<'_> {
@@ -115,7 +105,7 @@ impl Layout<'_> {
 
     fn section(&self, title: &str, all: &[Line], form: Form) -> String {
         let title = self.words(title);
-        let width = self.width.saturating_sub(2);
+        let width = self.style.width.saturating_sub(2);
         let formulas: Vec<Vec<String>> = all.iter().map(|line| self.line(line, width)).collect();
         let tall = formulas.iter().any(|lines| lines.len() > 1);
         if form == Form::Inline && (!tall || all.len() > MOST_IN_SECTION) {
@@ -123,11 +113,11 @@ impl Layout<'_> {
                 Line::Formula(text, _) => self.words(&format!("`{text}`")),
                 Line::Item(..) | Line::Words(_) | Line::Below(_) => String::new(),
             };
-            return listed(&title, &all.iter().map(one).collect::<Vec<_>>(), self.width);
+            return listed(&title, &all.iter().map(one).collect::<Vec<_>>(), self.style.width);
         }
         let mut out = if form == Form::Inline { String::new() } else { "\n".to_owned() };
-        for line in wrapped(&title, self.width) {
-            out.push_str(&(self.paint(Tone::Heading, &line) + "\n"));
+        for line in wrapped(&title, self.style.width) {
+            out.push_str(&(self.style.paint(Tone::Heading, &line) + "\n"));
         }
         for (at, lines) in formulas.iter().enumerate() {
             if tall && at > 0 && form != Form::Close {
@@ -157,9 +147,9 @@ impl Layout<'_> {
 
     /// Aligned columns where they fit into the width, else the entries that are not zero.
     fn matrix(&self, matrix: &Matrix) -> String {
-        let heading = self.paint(Tone::Heading, &format!("{} {}", matrix.title, matrix.letter));
+        let heading = self.style.paint(Tone::Heading, &format!("{} {}", matrix.title, matrix.letter));
         // A matrix that can't fit is not written out only to be measured.
-        let dense = matrix.dense().filter(|_| matrix.columns * 3 <= self.width);
+        let dense = matrix.dense().filter(|_| matrix.columns * 3 <= self.style.width);
         let lines: Option<Vec<String>> = dense.map(|rows| match self.notation {
             Some(notation) => {
                 let entry = |text: &&str| {
@@ -176,13 +166,13 @@ impl Layout<'_> {
             }
         });
         let mut out = String::new();
-        if let Some(lines) = lines.filter(|lines| lines.iter().all(|line| line.width() + 2 <= self.width)) {
+        if let Some(lines) = lines.filter(|lines| lines.iter().all(|line| line.width() + 2 <= self.style.width)) {
             out.push_str(&format!("{heading}\n"));
             out.extend(lines.iter().map(|line| format!("  {line}\n")));
         } else {
             let (remark, entries) = matrix.listed();
             out.push_str(&format!("{heading}, {remark}entries that are not zero:\n"));
-            let width = self.width.saturating_sub(2);
+            let width = self.style.width.saturating_sub(2);
             out.extend(entries.iter().flat_map(|line| self.line(line, width)).map(|line| format!("  {line}\n")));
         }
         out
