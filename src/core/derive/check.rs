@@ -8,11 +8,12 @@
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::collapse::angle;
 use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Node, Pool, Symbol, Tape, mix};
+use crate::expr::{ExprId, Pool, Symbol, Tape, mix};
 use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, known_values, may_be_singular};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
@@ -234,21 +235,12 @@ impl<'a> Checker<'a> {
             return images;
         }
         // What may be replaced, and by what.
-        let mut arguments: Vec<(ExprId, ExprId)> = Vec::new();
-        for id in pool.reachable(roots) {
-            if let Node::Function(function, x) = *pool.node(id) {
-                match (only, function, pool.node(x)) {
-                    (Resolve::Sizes, Function::Abs, _) => arguments.push((id, x)),
-                    (Resolve::Angles, Function::Acos, Node::Function(Function::Cos, angle)) => {
-                        arguments.push((id, *angle));
-                    }
-                    (Resolve::Sizes | Resolve::Angles, _, _) => {}
-                }
-            }
-        }
-        if arguments.is_empty() {
-            return images;
-        }
+        let argument = |id: ExprId| match (only, pool.as_function(id)?) {
+            (Resolve::Sizes, (Function::Abs, x)) => Some((id, x)),
+            (Resolve::Angles, (Function::Acos, x)) => Some((id, angle(pool, x, Function::Cos)?)),
+            (Resolve::Sizes | Resolve::Angles, _) => None,
+        };
+        let arguments: Vec<(ExprId, ExprId)> = pool.reachable(roots).into_iter().filter_map(argument).collect();
         let inner: Vec<ExprId> = arguments.iter().map(|(_, x)| *x).collect();
         let values = self.evaluate(pool, &inner).unwrap_or_default();
         // Without a number in front: alpha > 0, not 2*alpha > 0.

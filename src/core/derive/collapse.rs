@@ -7,7 +7,7 @@ use crate::polynomial::add_to;
 use crate::precision::Function;
 
 /// The argument of a sine or cosine.
-fn angle(pool: &Pool, e: ExprId, function: Function) -> Option<ExprId> {
+pub(super) fn angle(pool: &Pool, e: ExprId, function: Function) -> Option<ExprId> {
     pool.as_function(e).filter(|(own, _)| *own == function).map(|(_, x)| x)
 }
 
