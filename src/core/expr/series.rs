@@ -212,10 +212,6 @@ impl<S: Scalar> Series<S> {
             Step::Undefined => self.not_a_number(),
             Step::Sum { constant, terms } => self.sum(*constant, terms, k),
             Step::Difference(a, b) => at(*a).sub(at(*b)),
-            Step::Successor(a) if k == 0 => self.constants[0].add(at(*a)),
-            Step::Successor(a) => at(*a).clone(),
-            Step::Complement(a) if k == 0 => self.constants[0].sub(at(*a)),
-            Step::Complement(a) => at(*a).neg(),
             Step::Multiple { constant, of } => self.constants[*constant].mul(at(*of)),
             Step::Product(a, b) => self.or_zero(self.convolution(*a, *b, k, 0)),
             Step::Square(a) => self.square(*a, k, 0),
@@ -255,7 +251,6 @@ impl<S: Scalar> Series<S> {
         match start {
             Start::Function(function, x) => first(x).apply(function),
             Start::Power { base, exponent } => first(base).pow(first(exponent)),
-            Start::ConstantPower { base, exponent } => first(base).pow(&self.constants[exponent]),
             // Numbers on both sides of the negative x axis have angles that are no expansion of each other.
             Start::Angle { y, x } if self.may_cross(first(y), first(x)) => self.not_a_number(),
             Start::Angle { y, x } => first(y).atan2(first(x)),

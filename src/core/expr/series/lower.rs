@@ -19,10 +19,6 @@ pub(super) enum Step {
         terms: Box<[(usize, Weight)]>,
     },
     Difference(usize, usize),
-    /// 1 + x.
-    Successor(usize),
-    /// 1 - x.
-    Complement(usize),
     /// A constant multiple.
     Multiple {
         constant: usize,
@@ -55,7 +51,6 @@ pub(super) enum Step {
 pub(super) enum Start {
     Function(Function, usize),
     Power { base: usize, exponent: usize },
-    ConstantPower { base: usize, exponent: usize },
     Angle { y: usize, x: usize },
 }
 
@@ -94,13 +89,9 @@ impl Step {
             Self::Constant(_) | Self::Pi | Self::Undefined => false,
             Self::Sum { terms, .. } => terms.iter().any(|(term, _)| moves[*term]),
             Self::Difference(a, b) | Self::Product(a, b) | Self::Quotient(a, b) => moves[*a] || moves[*b],
-            Self::Successor(a)
-            | Self::Complement(a)
-            | Self::Square(a)
-            | Self::Root(a)
-            | Self::Absolute(a)
-            | Self::Slope(a)
-            | Self::Multiple { of: a, .. } => moves[*a],
+            Self::Square(a) | Self::Root(a) | Self::Absolute(a) | Self::Slope(a) | Self::Multiple { of: a, .. } => {
+                moves[*a]
+            }
             Self::SlopeQuotient { slope, .. } | Self::Integral { slope, .. } => moves[*slope],
         }
     }
@@ -193,6 +184,11 @@ impl Lowering {
         whole.unwrap_or_else(|| self.push(Step::Constant(0)))
     }
 
+    /// 1 ± x.
+    fn beside_one(&mut self, x: usize, weight: Weight) -> usize {
+        self.push(Step::Sum { constant: Some(0), terms: Box::new([(x, weight)]) })
+    }
+
     /// A product that may be there already.
     fn times(&mut self, a: usize, b: usize) -> usize {
         let key = (a.min(b), a.max(b));
@@ -218,8 +214,8 @@ impl Lowering {
         let slope = self.slope(base);
         let relative = self.push(Step::SlopeQuotient { slope, divisor: base });
         let slope = self.push(Step::Multiple { constant: exponent, of: relative });
-        let start = Start::ConstantPower { base, exponent };
-        self.own_factor(start, slope)
+        let exponent = self.push(Step::Constant(exponent));
+        self.own_factor(Start::Power { base, exponent }, slope)
     }
 
     /// theta (a^b) = theta (b ln a) a^b.
@@ -265,18 +261,18 @@ impl Lowering {
                     negative: false,
                 });
                 let square = self.push(Step::Square(value));
-                self.push(if function == Function::Tan { Step::Successor(square) } else { Step::Complement(square) });
+                self.beside_one(square, if function == Function::Tan { Weight::One } else { Weight::MinusOne });
                 value
             }
             Function::Asin | Function::Acos => {
                 let square = self.times(x, x);
-                let rest = self.push(Step::Complement(square));
+                let rest = self.beside_one(square, Weight::MinusOne);
                 let root = self.push(Step::Root(rest));
                 self.relative(function, x, root, function == Function::Acos)
             }
             Function::Atan => {
                 let square = self.times(x, x);
-                let divisor = self.push(Step::Successor(square));
+                let divisor = self.beside_one(square, Weight::One);
                 self.relative(function, x, divisor, false)
             }
             Function::Ln => self.relative(function, x, x, false),
