@@ -7,7 +7,7 @@
 //! a degenerate frequency are examined.
 
 use crate::order::Order;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use faer::{MatRef, Side};
 use nalgebra::DMatrix;
@@ -50,20 +50,12 @@ impl Classes {
         };
         names.order_by(|a, b| a.0.total_cmp(&b.0));
         let weight = terms.iter().fold(1.0, |sum, (factor, _)| sum + factor.abs());
-        let mut factors = vec![0.0; symmetry.active.len()];
-        let mut touched = Vec::new();
-        let column = |i: usize| -> Vec<(usize, f64)> {
-            touched.clear();
-            for (factor, element) in &terms {
-                let (to, negative) = element.of(i);
-                touched.push(to);
-                factors[to] += if negative { -factor } else { *factor };
-            }
-            touched.sort_unstable();
-            touched.dedup();
-            touched.iter().map(|to| (*to, std::mem::take(&mut factors[*to]))).collect()
+        let image = |i: usize, (factor, element): &(f64, SignedPermutation)| {
+            let (to, negative) = element.of(i);
+            (to, if negative { -factor } else { *factor })
         };
-        let sum = (0..symmetry.active.len()).map(column).collect();
+        let own = |i: usize| column(terms.iter().map(|term| image(i, term)));
+        let sum = (0..symmetry.active.len()).map(own).collect();
         Some(Self { sum, weight, names, active: symmetry.active.clone() })
     }
 
@@ -116,6 +108,13 @@ impl Classes {
             [] => None,
         }
     }
+}
+
+/// What a sum of elements does to a coordinate, from what each of them does to it.
+pub(super) fn column(parts: impl Iterator<Item = (usize, f64)>) -> Vec<(usize, f64)> {
+    let mut column: BTreeMap<usize, f64> = BTreeMap::new();
+    parts.for_each(|(to, factor)| *column.entry(to).or_default() += factor);
+    column.into_iter().collect()
 }
 
 type Told = (Vec<(f64, SignedPermutation)>, Vec<(f64, String)>);

@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Matrix3, Vector3};
 
 use super::Classes;
+use super::classes::column;
 use super::point_group::{Element, MOST_ELEMENTS, PointGroup, product};
 use crate::linearize::{Invariance, Linearized};
 use crate::number::Number;
@@ -279,13 +280,11 @@ fn sum(axes: &[Vec<usize>], terms: &[(f64, Element)]) -> Vec<Vec<(usize, f64)>> 
     let mut columns = vec![Vec::new(); axes.iter().map(Vec::len).sum()];
     for (k, axis) in axes.iter().enumerate() {
         for (body, i) in axis.iter().enumerate() {
-            let mut column: BTreeMap<usize, f64> = BTreeMap::new();
-            for (factor, element) in terms {
-                for (l, other) in axes.iter().enumerate() {
-                    *column.entry(other[element.bodies[body]]).or_default() += factor * element.matrix[(l, k)];
-                }
-            }
-            columns[*i] = column.into_iter().collect();
+            let images = terms.iter().flat_map(|(factor, element)| {
+                let to = axes.iter().map(|axis| axis[element.bodies[body]]);
+                to.zip(0..).map(move |(to, l)| (to, factor * element.matrix[(l, k)]))
+            });
+            columns[*i] = column(images);
         }
     }
     columns
