@@ -18,6 +18,8 @@ const MAX_FACTORS: usize = 64;
 /// What the product loop works on.
 #[derive(Default)]
 struct Workspace {
+    /// What numbers come to.
+    coefficient: Number,
     /// Factors still to be examined.
     pending: Vec<(ExprId, Number)>,
     /// Factors that are canonical by themselves.
@@ -155,7 +157,7 @@ impl Pool {
     }
 
     fn product_iter(&mut self, factors: impl Iterator<Item = (ExprId, Number)>) -> ExprId {
-        let mut work = Workspace { pending: factors.collect(), ..Workspace::default() };
+        let mut work = Workspace { coefficient: Number::ONE, pending: factors.collect(), ..Workspace::default() };
         work.pending.reverse();
         match self.build_product(&mut work) {
             Ok(result) => result,
@@ -165,13 +167,12 @@ impl Pool {
     }
 
     fn build_product(&mut self, work: &mut Workspace) -> Result<ExprId, NoValue> {
-        let mut coefficient = Number::ONE;
         if self.is_spent() {
             return Err(NoValue::Undefined);
         }
         loop {
             while let Some((base, exponent)) = work.pending.pop() {
-                self.settle(base, exponent, &mut coefficient, work)?;
+                self.settle(base, exponent, work)?;
             }
             self.merge_exponentials(work);
             collect_equal(&mut work.settled);
@@ -182,26 +183,20 @@ impl Pool {
                 break;
             }
         }
-        self.settle_roots(&mut coefficient, work)?;
-        if coefficient.is_zero() {
+        self.settle_roots(work)?;
+        if work.coefficient.is_zero() {
             return Ok(ZERO);
         }
         let core = match work.settled.as_slice() {
-            [] => return Ok(self.number(coefficient)),
+            [] => return Ok(self.number(std::mem::take(&mut work.coefficient))),
             [(base, exponent)] if exponent.is_one() => *base,
             _ => self.intern(Node::Product(std::mem::take(&mut work.settled).into())),
         };
-        Ok(self.scale(core, &coefficient))
+        Ok(self.scale(core, &work.coefficient))
     }
 
     /// Looks at one factor: canonical ones are settled, the others taken apart.
-    fn settle(
-        &mut self,
-        base: ExprId,
-        exponent: Number,
-        coefficient: &mut Number,
-        work: &mut Workspace,
-    ) -> Result<(), NoValue> {
+    fn settle(&mut self, base: ExprId, exponent: Number, work: &mut Workspace) -> Result<(), NoValue> {
         if base == UNDEFINED {
             return Err(NoValue::Undefined);
         }
@@ -210,22 +205,19 @@ impl Pool {
         }
         let whole = exponent.is_integer();
         match self.node(base) {
-            Node::Number(value) => return multiply_number(value, &exponent, coefficient, work),
+            Node::Number(value) => return multiply_number(value, &exponent, work),
             Node::Product(factors) if whole && factors.len() > MAX_FACTORS => work.settled.push((base, exponent)),
             Node::Product(factors) if whole => work.pending.extend(factors.iter().map(|(b, e)| (*b, e.mul(&exponent)))),
-            Node::Product(factors) => {
-                let factors = factors.clone();
-                self.settle_root(base, false, &factors, exponent, work);
-            }
+            Node::Product(_) => self.settle_root(base, false, exponent, work),
             Node::Sum { constant, terms } => {
                 if let ([(term, factor)], true) = (&**terms, constant.is_zero()) {
                     let (term, factor) = (*term, factor.clone());
                     if whole {
-                        multiply_number(&factor, &exponent, coefficient, work)?;
+                        multiply_number(&factor, &exponent, work)?;
                         work.pending.push((term, exponent));
                     } else {
-                        multiply_number(&factor.abs(), &exponent, coefficient, work)?;
-                        self.settle_root_of_term(term, factor.is_negative(), exponent, work);
+                        multiply_number(&factor.abs(), &exponent, work)?;
+                        self.settle_root(term, factor.is_negative(), exponent, work);
                     }
                     return Ok(());
                 }
@@ -234,7 +226,7 @@ impl Pool {
                     return Ok(());
                 }
                 let (content, core) = self.split_coefficient(base, whole);
-                multiply_number(&content, &exponent, coefficient, work)?;
+                multiply_number(&content, &exponent, work)?;
                 work.settled.push((core, exponent));
             }
             Node::Function(Function::Abs, x) if exponent.is_even() => work.pending.push((*x, exponent)),
@@ -306,34 +298,13 @@ impl Pool {
     }
 
     /// `(±term)^exponent` for an exponent that is not whole.
-    fn settle_root_of_term(&mut self, term: ExprId, negative: bool, exponent: Number, work: &mut Workspace) {
-        if !negative {
-            work.pending.push((term, exponent));
-            return;
-        }
-        let base = self.neg(term);
-        if let Node::Product(factors) = self.node(term) {
-            let factors = factors.clone();
-            self.settle_root(base, true, &factors, exponent, work);
-        } else {
-            work.settled.push((base, exponent));
-        }
-    }
-
-    /// `base^exponent` for `base` the product of the factors, or minus it, and an exponent that is
-    /// not whole.
     ///
     /// Whatever is certainly not negative comes out, `(x^2)^r = |x|^(2r)`; odd powers leave one
     /// factor behind, `(x^3*y)^r = |x|^(2r)*(x*y)^r`. The first factor that stays gets exponent
     /// 1: `(y/x)^r = (x/y)^-r` with x before y.
-    fn settle_root(
-        &mut self,
-        base: ExprId,
-        negative: bool,
-        factors: &[(ExprId, Number)],
-        exponent: Number,
-        work: &mut Workspace,
-    ) {
+    fn settle_root(&mut self, term: ExprId, negative: bool, exponent: Number, work: &mut Workspace) {
+        let base = if negative { self.neg(term) } else { term };
+        let factors = self.factors(term);
         let stay = factors.iter().filter(|(b, e)| !self.is_nonnegative_power(*b, e));
         let mut left: Vec<(ExprId, Number)> = stay.map(|(b, e)| (*b, sign(e))).collect();
         if negative && left.is_empty() {
@@ -341,7 +312,7 @@ impl Pool {
             work.settled.push((base, exponent));
             return;
         }
-        for (b, e) in factors {
+        for (b, e) in &factors {
             if !e.is_integer() || self.is_nonnegative(*b) {
                 work.pending.push((*b, e.mul(&exponent)));
                 continue;
@@ -468,7 +439,7 @@ impl Pool {
 
     /// Collects the primes under roots: whole powers go to the coefficient, and one number base
     /// remains for each exponent between 0 and 1: `sqrt(2)*sqrt(6) = 2*sqrt(3)`.
-    fn settle_roots(&mut self, coefficient: &mut Number, work: &mut Workspace) -> Result<(), NoValue> {
+    fn settle_roots(&mut self, work: &mut Workspace) -> Result<(), NoValue> {
         if work.roots.is_empty() {
             return Ok(());
         }
@@ -477,7 +448,7 @@ impl Pool {
         for (prime, exponent) in work.roots.drain(..) {
             let whole = exponent.floor();
             let fraction = exponent.sub(&whole);
-            multiply_whole_power(&prime, &whole, coefficient)?;
+            multiply_whole_power(&prime, &whole, &mut work.coefficient)?;
             if !fraction.is_zero() {
                 by_exponent.push((fraction, prime));
             }
@@ -498,23 +469,18 @@ fn sign(number: &Number) -> Number {
 }
 
 /// Multiplies by `value^exponent`; the part that is not rational goes to the roots.
-fn multiply_number(
-    value: &Number,
-    exponent: &Number,
-    coefficient: &mut Number,
-    work: &mut Workspace,
-) -> Result<(), NoValue> {
+fn multiply_number(value: &Number, exponent: &Number, work: &mut Workspace) -> Result<(), NoValue> {
     if value.is_one() {
         return Ok(());
     }
     if exponent.is_integer() {
-        return multiply_whole_power(value, exponent, coefficient);
+        return multiply_whole_power(value, exponent, &mut work.coefficient);
     }
     if value.is_negative() || (value.is_zero() && exponent.is_negative()) {
         return Err(NoValue::Undefined);
     }
     if value.is_zero() {
-        *coefficient = Number::ZERO;
+        work.coefficient = Number::ZERO;
         return Ok(());
     }
     for (part, sign) in [
