@@ -38,6 +38,9 @@ const MOST_DRAWS: usize = 1000;
 /// What has a sign at the values of the parameters, and whether that is negative.
 pub(super) type Signs = BTreeSet<(ExprId, bool)>;
 
+/// Letters for whole numbers, and lists of their values.
+pub(super) type Letters<'a> = (&'a [Symbol], &'a [Vec<i64>]);
+
 /// What is replaced by what it is at the values of the parameters.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Resolve {
@@ -335,19 +338,13 @@ impl<'a> Checker<'a> {
 
     /// Columns whose components are given by places and numbers: `[omega_squared, component]` with letters for both, and the
     /// values of these for each coordinate (none for one that rests) and each mode.
-    pub(super) fn waves(
-        &self,
-        pool: &Pool,
-        forms: [ExprId; 2],
-        (places, at): (&[Symbol], &[Vec<i64>]),
-        (numbers, modes): (&[Symbol], &[Vec<i64>]),
-    ) -> Option<Vec<Vec<Ball>>> {
+    pub(super) fn waves(&self, pool: &Pool, forms: [ExprId; 2], letters: [Letters<'_>; 2]) -> Option<Vec<Vec<Ball>>> {
         let Some(units) = self.units() else {
             let value = |symbol| self.value(pool, symbol);
-            return waves(pool, forms, (places, at), (numbers, modes), (), value);
+            return waves(pool, forms, letters, (), value);
         };
         let value = |symbol| self.wide_value(pool, symbol);
-        let columns = waves(pool, forms, (places, at), (numbers, modes), BITS, value)?;
+        let columns = waves(pool, forms, letters, BITS, value)?;
         let power = |place: usize| place.checked_sub(1).map_or(2 * units.rate(), |at| units.of_shapes(at));
         let measured =
             |column: &Vec<Big>| column.iter().enumerate().map(|(place, x)| x.scale(-power(place)).to_ball()).collect();
@@ -599,8 +596,7 @@ fn class_of<'a>(modes: &'a [Reference], omega_squared: &Ball) -> Option<&'a str>
 fn waves<S: Scalar>(
     pool: &Pool,
     forms: [ExprId; 2],
-    (places, at): (&[Symbol], &[Vec<i64>]),
-    (numbers, modes): (&[Symbol], &[Vec<i64>]),
+    [(places, at), (numbers, modes)]: [Letters<'_>; 2],
     precision: S::Precision,
     known: impl Fn(Symbol) -> Option<S>,
 ) -> Option<Vec<Vec<S>>> {

@@ -179,7 +179,7 @@ fn waves_of(
         normal: normal.clone(),
         omega: omega.clone(),
     };
-    waves.holds(pool, checker, pair, series.omega_squared, &places, &numbers).then_some(waves)
+    waves.holds(pool, checker, pair, series.omega_squared, [&places, &numbers]).then_some(waves)
 }
 
 impl NormalWaves {
@@ -190,8 +190,7 @@ impl NormalWaves {
         checker: &Checker<'_>,
         pair: &Pair,
         omega_squared: ExprId,
-        places: &[Symbol],
-        numbers: &[Symbol],
+        [places, numbers]: [&[Symbol]; 2],
     ) -> bool {
         let count = self.order.len();
         let every = if count <= MOST_FOR_ALL { 1 } else { count / MOST_CHECKED };
@@ -222,8 +221,8 @@ impl NormalWaves {
             let mut chosen: Vec<Vec<i64>> = modes.iter().step_by(every).cloned().collect();
             chosen.extend(modes.pop());
             chosen.dedup();
-            let forms = [omega_squared, amplitude];
-            let Some(found) = checker.waves(pool, forms, (places, &at), (numbers, &chosen)) else { return false };
+            let letters = [(places, at.as_slice()), (numbers, &chosen)];
+            let Some(found) = checker.waves(pool, [omega_squared, amplitude], letters) else { return false };
             columns.extend(found);
         }
         checker.are_waves(pool, pair, &columns)
