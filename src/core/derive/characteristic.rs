@@ -62,7 +62,9 @@ impl Factor {
 }
 
 /// The characteristic polynomial of all parts.
-pub(super) struct Factored {
+pub(super) struct Factored<'a> {
+    checker: &'a Checker<'a>,
+    linear: &'a Linear,
     pub(super) ring: Ring,
     pub(super) factors: Vec<Factor>,
     /// How often s is a factor.
@@ -80,8 +82,8 @@ pub(super) struct Conditions {
     pub(super) exact: Vec<ExprId>,
 }
 
-impl Factored {
-    pub(super) fn new(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Option<Self> {
+impl<'a> Factored<'a> {
+    pub(super) fn new(checker: &'a Checker<'a>, pool: &mut Algebra<'_>, linear: &'a Linear) -> Option<Self> {
         if linear.mass.len() > MOST_IN_ALL {
             return None;
         }
@@ -147,14 +149,14 @@ impl Factored {
             }
         }
         let signs = Signs::new(pool, &ring, &known);
-        Some(Self { ring, factors, zeros, signs })
+        Some(Self { checker, linear, ring, factors, zeros, signs })
     }
 
     /// From squares of all frequencies; of two that a root tells apart from their sum and product.
     pub(super) fn of_squares(
-        checker: &Checker<'_>,
+        checker: &'a Checker<'a>,
         pool: &mut Algebra<'_>,
-        linear: &Linear,
+        linear: &'a Linear,
         case: &Case,
     ) -> Option<Self> {
         let mut open: Vec<(ExprId, usize)> =
@@ -186,11 +188,11 @@ impl Factored {
             Some(Factor { polynomial, times: *times, repeated: *times, parts: 0 })
         };
         let factors = expanded.iter().map(factor).collect::<Option<_>>()?;
-        Some(Self { ring, factors, zeros, signs })
+        Some(Self { checker, linear, ring, factors, zeros, signs })
     }
 
     /// The product of all factors; `None` where it would be too long.
-    pub(super) fn characteristic(&self, checker: &Checker<'_>, pool: &mut Algebra<'_>) -> Option<Vec<ExprId>> {
+    pub(super) fn characteristic(&self, pool: &mut Algebra<'_>) -> Option<Vec<ExprId>> {
         let mut whole = Polynomial::constant(self.ring.variables(), Number::ONE);
         for factor in &self.factors {
             for _ in 0..factor.times {
@@ -204,7 +206,7 @@ impl Factored {
         let mut all: Vec<ExprId> = (0..self.zeros).map(|_| pool.zero()).collect();
         all.extend(whole.iter().map(|own| self.ring.expression(pool, own)));
         if let Some(last) = all.last()
-            && checker.is_negative(pool, *last) == Some(true)
+            && self.checker.is_negative(pool, *last) == Some(true)
         {
             all.iter_mut().for_each(|own| *own = pool.short(|pool| pool.neg(*own)));
         }
@@ -212,12 +214,8 @@ impl Factored {
     }
 
     /// What has to be positive for stability; `None` where it is not written out.
-    pub(super) fn stability(
-        &self,
-        checker: &Checker<'_>,
-        pool: &mut Algebra<'_>,
-        linear: &Linear,
-    ) -> Option<Conditions> {
+    pub(super) fn stability(&self, pool: &mut Algebra<'_>) -> Option<Conditions> {
+        let (checker, linear) = (self.checker, self.linear);
         // M > 0 is taken for granted, unless the values say otherwise.
         let is_negative = |pool: &mut Algebra<'_>, i: usize| checker.is_negative(pool, linear.mass[i][i]) == Some(true);
         if (0..linear.mass.len()).any(|i| is_negative(pool, i)) {
@@ -230,7 +228,7 @@ impl Factored {
         if by_energy.as_ref().is_some_and(|all| all.iter().all(is_needed)) {
             return of_energy(by_energy?, Vec::new());
         }
-        let exact = self.by_signs(checker, pool, linear);
+        let exact = self.by_signs(pool);
         let mut is_short = |own: &StabilityCondition| pool.weight_of(&[own.positive]) <= MOST_BESIDE_ENERGY;
         match (exact, by_energy) {
             (Some((long, _)), Some(all)) if !long.iter().all(&mut is_short) => {
@@ -242,28 +240,24 @@ impl Factored {
     }
 
     /// The same from the signs of what Routh and Hurwitz have, or of discriminants.
-    fn by_signs(
-        &self,
-        checker: &Checker<'_>,
-        pool: &mut Algebra<'_>,
-        linear: &Linear,
-    ) -> Option<(Vec<StabilityCondition>, bool)> {
+    fn by_signs(&self, pool: &mut Algebra<'_>) -> Option<(Vec<StabilityCondition>, bool)> {
+        let linear = self.linear;
         let conservative = linear.is_conservative();
         // Exponents of several factors may be equal, without vectors enough.
         let circulatory = linear.circulatory.is_some();
-        let bounded = conservative || !circulatory && is_definite(checker, pool, linear) == Some(true);
+        let bounded = conservative || !circulatory && is_definite(self.checker, pool, linear) == Some(true);
         let kind = [conservative, bounded];
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, kind));
         let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
         let apart = bounded || self.even_of_one_part().next().is_none();
         let settled = apart && all.as_ref().is_some_and(|all| self.signs.are_settled(all));
         let kept = all.map(|all| essential(&all, &self.signs));
-        let found = kept.as_ref().and_then(|kept| self.conditions(checker, pool, kept));
+        let found = kept.as_ref().and_then(|kept| self.conditions(pool, kept));
         let told = kept.filter(|_| found.is_some());
-        let mut found = found.or_else(|| self.in_coefficients(checker, pool, kind))?;
+        let mut found = found.or_else(|| self.in_coefficients(pool, kind))?;
         let mut known = self.signs.clone();
         told.iter().flatten().for_each(|own| known.learn(own));
-        found.extend(self.not_zero(checker, pool, &known, conservative));
+        found.extend(self.not_zero(pool, &known));
         // Equal exponents have vectors enough where the energy keeps motions in bounds: without circulatory forces, with K definite. With
         // gyroscopic ones alone they may have elsewhere, which is not looked into: a page says that there are special values.
         if !bounded {
@@ -275,13 +269,8 @@ impl Factored {
     }
 
     /// Conditions as expressions, where they agree with the modes at the values of the parameters.
-    fn conditions(
-        &self,
-        checker: &Checker<'_>,
-        pool: &mut Algebra<'_>,
-        all: &[Sign],
-    ) -> Option<Vec<StabilityCondition>> {
-        let by_signs = of_values(checker, pool, &self.ring, &self.signs);
+    fn conditions(&self, pool: &mut Algebra<'_>, all: &[Sign]) -> Option<Vec<StabilityCondition>> {
+        let by_signs = of_values(self.checker, pool, &self.ring, &self.signs);
         let mut found = Vec::new();
         for own in all {
             let positive = signed(pool, &self.ring, own);
@@ -292,19 +281,14 @@ impl Factored {
             let open = (!left.holds_always()).then(|| signed(pool, &self.ring, &left));
             found.push(StabilityCondition::new(positive, open));
         }
-        agreeing(checker, pool, found)
+        agreeing(self.checker, pool, found)
     }
 
     /// That no exponent becomes 0 where a constant is a square, which is not negative elsewhere: squares, too, without what other
     /// conditions (`known`) and the signs of the parameters tell.
-    fn not_zero(
-        &self,
-        checker: &Checker<'_>,
-        pool: &mut Algebra<'_>,
-        known: &Signs,
-        conservative: bool,
-    ) -> Vec<StabilityCondition> {
-        let by_signs = of_values(checker, pool, &self.ring, known);
+    fn not_zero(&self, pool: &mut Algebra<'_>, known: &Signs) -> Vec<StabilityCondition> {
+        let conservative = self.linear.is_conservative();
+        let by_signs = of_values(self.checker, pool, &self.ring, known);
         let mut found: Vec<StabilityCondition> = Vec::new();
         for factor in &self.factors {
             let constant = &factor.polynomial.coefficients(EXPONENT)[0];
@@ -361,12 +345,7 @@ impl Factored {
     }
 
     /// Conditions in the coefficients of the factors, which are not multiplied out, where they agree with the modes.
-    fn in_coefficients(
-        &self,
-        checker: &Checker<'_>,
-        pool: &mut Algebra<'_>,
-        kind: [bool; 2],
-    ) -> Option<Vec<StabilityCondition>> {
+    fn in_coefficients(&self, pool: &mut Algebra<'_>, kind: [bool; 2]) -> Option<Vec<StabilityCondition>> {
         let mut found = Vec::new();
         for factor in &self.factors {
             let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, kind)?;
@@ -386,12 +365,12 @@ impl Factored {
                 if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
                     return None;
                 }
-                if !pool.is_constant(positive) || checker.is_negative(pool, positive) != Some(false) {
+                if !pool.is_constant(positive) || self.checker.is_negative(pool, positive) != Some(false) {
                     found.push(StabilityCondition::new(positive, Some(positive)));
                 }
             }
         }
-        agreeing(checker, pool, found)
+        agreeing(self.checker, pool, found)
     }
 }
 
@@ -466,7 +445,7 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
         .into_iter()
         .map(|own| StabilityCondition { role, ..StabilityCondition::new(signed(pool, &pervasive.ring, &own), None) });
     let mut found: Vec<StabilityCondition> = own.collect();
-    found.extend(parts.stability(checker, pool, &undamped)?.all);
+    found.extend(parts.stability(pool)?.all);
     agreeing(checker, pool, found)
 }
 

@@ -144,7 +144,7 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
     let is_general = parts.is_some() || case.is_some_and(|case| case.ties.is_empty());
     let parts = parts.or_else(|| Factored::of_squares(checker, pool, linear, case?));
     if let Some(parts) = parts.as_ref().filter(|_| is_general) {
-        own.characteristic = parts.characteristic(checker, pool);
+        own.characteristic = parts.characteristic(pool);
     }
     let mut found = Found { checker, pool, own: &mut own };
     // None are found where a combination of coordinates has no inertia, though the polynomial may have few zeros then.
@@ -155,7 +155,7 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         (None, None) => {}
     }
     // Of equal parameters nothing is told of others.
-    let stability = parts.filter(|_| is_general).and_then(|parts| parts.stability(checker, pool, linear));
+    let stability = parts.filter(|_| is_general).and_then(|parts| parts.stability(pool));
     if let Some(found) = stability {
         own.settled = found.settled;
         own.stability_exact = Some(found.exact).filter(|all| !all.is_empty());
@@ -289,7 +289,7 @@ impl Found<'_, '_> {
         }
     }
 
-    fn of_factors(&mut self, parts: &Factored) {
+    fn of_factors(&mut self, parts: &Factored<'_>) {
         let zero = self.pool.zero();
         if parts.zeros > 0 {
             self.push((zero, zero), parts.zeros as usize, None);
