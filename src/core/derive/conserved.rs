@@ -115,7 +115,6 @@ pub(super) fn conserved(
     variables: &Variables,
     lagrangian: &Lagrangian,
     momenta: &[MotionSum],
-    drags: &[(usize, ExprId)],
     model: &Model,
 ) -> Vec<Conserved> {
     let mut occurs = vec![false; variables.coordinates.len()];
@@ -129,12 +128,12 @@ pub(super) fn conserved(
         drives |= variables.time == Some(symbol);
     }
     let mut rubs = vec![false; occurs.len()];
-    drags.iter().for_each(|(i, drag)| rubs[*i] |= !drag.is_zero());
+    lagrangian.drags.iter().for_each(|(i, drag)| rubs[*i] |= !drag.is_zero());
     let cyclic = (0..occurs.len()).filter(|i| !occurs[*i] && !rubs[*i] && !momenta[*i].is_zero());
     let mut result: Vec<Conserved> = cyclic.map(Conserved::Momentum).collect();
     let moving: Vec<usize> = (0..occurs.len()).filter(|i| occurs[*i]).collect();
     if moving.len() > 1 && occurs.len() <= MOST_COORDINATES {
-        let mut search = Search { model, pool: &mut *pool, variables, lagrangian, drags };
+        let mut search = Search { model, pool: &mut *pool, variables, lagrangian };
         for (motion, generator) in search.generators(&moving) {
             let (momenta, value) = sum_of_momenta(pool, &generator, momenta);
             result.push(Conserved::Motion { motion, momenta, value });
@@ -157,7 +156,6 @@ struct Search<'a> {
     pool: &'a mut Pool,
     variables: &'a Variables,
     lagrangian: &'a Lagrangian,
-    drags: &'a [(usize, ExprId)],
 }
 
 impl Search<'_> {
@@ -304,7 +302,7 @@ impl Search<'_> {
     /// Whether friction and other forces do no work along a motion: the sum of xi_i (dF/dq_i' - Q_i) is 0.
     fn rubs_nowhere(&mut self, generator: &Slopes) -> bool {
         let mut terms = Vec::new();
-        for (i, drag) in self.drags {
+        for (i, drag) in &self.lagrangian.drags {
             if let Some((_, xi)) = generator.iter().find(|(own, _)| own == i) {
                 terms.push(self.pool.mul(*xi, *drag));
             }

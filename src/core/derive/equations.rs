@@ -22,7 +22,9 @@ use crate::order::Gather;
 
 /// What moves, in ascending order, each with its power.
 pub(super) type Factors = Vec<(Motion, u32)>;
-/// By equation and what moves: the parts of the coefficient.
+/// By equation and what moves.
+pub(super) type Coefficients = BTreeMap<(usize, Factors), ExprId>;
+/// Likewise: the parts of the coefficient.
 type Parts = BTreeMap<(usize, Factors), Vec<(ExprId, Number)>>;
 
 /// q_i' q_j'
@@ -45,27 +47,18 @@ pub(super) fn single(motion: Motion) -> Factors {
 }
 
 /// The left sides of the equations of motion by equation and what moves.
-pub(super) fn coefficients(
-    pool: &mut Algebra<'_>,
-    variables: &Variables,
-    lagrangian: &Lagrangian,
-    drags: &[(usize, ExprId)],
-) -> BTreeMap<(usize, Factors), ExprId> {
+pub(super) fn coefficients(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Coefficients {
     let mut parts = Parts::new();
     quadratic(pool, variables, lagrangian, &mut parts);
     linear(pool, variables, lagrangian, &mut parts);
     lagrangian.forces.iter().for_each(|(i, force)| add(&mut parts, *i, Factors::new(), *force, Number::ONE));
     lagrangian.other.iter().for_each(|term| general(pool, variables, *term, &mut parts));
-    drags.iter().for_each(|(i, drag)| dragged(pool, variables, *i, *drag, &mut parts));
+    lagrangian.drags.iter().for_each(|(i, drag)| dragged(pool, variables, *i, *drag, &mut parts));
     parts.into_iter().map(|(key, parts)| (key, pool.short(|pool| pool.linear(&parts)))).gather()
 }
 
 /// The left sides of the equations of motion, one a coordinate.
-pub(super) fn equations(
-    pool: &mut Pool,
-    variables: &Variables,
-    coefficients: BTreeMap<(usize, Factors), ExprId>,
-) -> Vec<MotionSum> {
+pub(super) fn equations(pool: &mut Pool, variables: &Variables, coefficients: Coefficients) -> Vec<MotionSum> {
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
     for ((i, motion), coefficient) in coefficients {
         // Multipliers have no equation.

@@ -46,7 +46,6 @@ pub(super) fn roots(
     pool: &mut Algebra<'_>,
     variables: &Variables,
     lagrangian: &Lagrangian,
-    drags: &[(usize, ExprId)],
     checker: &Checker<'_>,
 ) -> Vec<Root> {
     let at_rest = variables.at_rest(pool);
@@ -55,7 +54,7 @@ pub(super) fn roots(
         return result;
     }
     let mut forces = lagrangian.forces.clone();
-    for (i, drag) in drags {
+    for (i, drag) in &lagrangian.drags {
         let drag = pool.substitute_one(*drag, &at_rest);
         let sum = forces.get(i).map_or(drag, |force| pool.add(*force, drag));
         forces.insert(*i, sum);

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::check::Checker;
 use super::constraints::solved_for;
 use super::equations::{self, Factors, single};
-use super::lagrangian::{self, Variables};
+use super::lagrangian::{self, Lagrangian, Variables};
 use super::motion::{Motion, MotionSum};
 use super::simplify::{Algebra, bases_with};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
@@ -150,8 +150,8 @@ pub(super) fn independent(
     is_pivot: &dyn Fn(&Pool, ExprId) -> bool,
 ) -> Option<Independent> {
     let n = variables.coordinates.len();
-    let lagrangian = lagrangian::lagrangian(model, pool);
-    let coefficients = equations::coefficients(pool, variables, &lagrangian, drags);
+    let lagrangian = Lagrangian { drags: drags.to_vec(), ..lagrangian::lagrangian(model, pool) };
+    let coefficients = equations::coefficients(pool, variables, &lagrangian);
     let at_rest = variables.at_rest(pool);
     let mut rows = Vec::new();
     let conditions: Vec<ExprId> = model.rolling.iter().map(|own| own.expression).collect();

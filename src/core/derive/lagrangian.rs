@@ -25,6 +25,8 @@ pub(super) struct Lagrangian {
     pub(super) potential: Vec<ExprId>,
     /// Terms of L that are no quadratic polynomial in the velocities.
     pub(super) other: Vec<ExprId>,
+    /// What friction, generalised forces and conditions add to the left sides of the equations, by coordinate, term by term.
+    pub(super) drags: Vec<(usize, ExprId)>,
     /// Whether T0 is not 0 identically: U is more than V.
     pub(super) has_rest_energy: bool,
 }

@@ -537,9 +537,9 @@ impl Derivation {
         let variables = Variables::new(model);
         let budget = pool.budget().clone();
         budget.at("Lagrange's equations", None);
-        let lagrangian = lagrangian::lagrangian(tied, pool);
-        let mut drags = lagrangian::drags(model, pool, &variables);
-        let idle = drags.iter().all(|(_, drag)| drag.is_zero()) && rolling.idle;
+        let mut lagrangian = lagrangian::lagrangian(tied, pool);
+        lagrangian.drags = lagrangian::drags(model, pool, &variables);
+        let idle = lagrangian.drags.iter().all(|(_, drag)| drag.is_zero()) && rolling.idle;
         let mut reduced = None;
         if (parts.equations || parts.energy) && !rolling.names.is_empty() {
             let at_equilibrium = checker.linearized().is_some();
@@ -547,11 +547,11 @@ impl Derivation {
                 true => checker.differs_from_zero(pool, e),
                 false => pool.is_zero(e) == ZeroVerdict::NonZero,
             };
-            reduced = independent::independent(pool, &variables, model, &drags, &is_pivot);
+            reduced = independent::independent(pool, &variables, model, &lagrangian.drags, &is_pivot);
         }
-        drags.extend(rolling.drags(pool, &variables));
+        lagrangian.drags.extend(rolling.drags(pool, &variables));
         if parts.equations {
-            let coefficients = equations::coefficients(pool, &variables, &lagrangian, &drags);
+            let coefficients = equations::coefficients(pool, &variables, &lagrangian);
             self.equations = Some(equations::equations(pool, &variables, coefficients));
         }
         if pool.is_spent() {
@@ -562,7 +562,7 @@ impl Derivation {
         let bound = !model.constraints.is_empty() || !rolling.names.is_empty();
         // A rate turns with it, whose force is not in L.
         if parts.equilibria && !bound && !model.rates.any() {
-            self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, &drags, checker));
+            self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, checker));
         }
         if pool.is_spent() {
             self.equilibria = None;
@@ -571,7 +571,7 @@ impl Derivation {
         budget.at("what is conserved", None);
         if parts.energy {
             let momenta = energy::momenta(pool, &variables, &lagrangian);
-            let mut conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &drags, model);
+            let mut conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, model);
             conserved.retain(|own| idle || !matches!(own, Conserved::Energy { .. }));
             if let Some(reduced) = &reduced {
                 let more = conserved::integrals(pool, &variables, reduced, &conserved);
