@@ -11,7 +11,6 @@ use super::roots::{Request, roots};
 use super::shapes::{Shape, shapes};
 use super::simplify::{Algebra, split};
 use crate::expr::{ExprId, Node, Pool};
-use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
 
@@ -51,128 +50,162 @@ impl Found {
     }
 }
 
-/// Looks for closed forms of all parts. Classes have a name where the symmetry is one of the energies.
-pub(super) fn closed_forms(
-    pool: &mut Algebra<'_>,
-    pair: &Pair,
-    (symmetry, named): (Option<&Symmetry>, bool),
-    request: Request<'_>,
-    found: &mut Found,
-) {
-    let parts = pair.components(pool);
-    let mut rest: Vec<usize> = Vec::new();
-    for part in &parts {
-        let own = pair.restricted(part);
-        if is_free(&own) {
-            found.add(pool.zero(), part.len(), None);
-            found.shapes.extend(small_part(pool, &own, part, request));
-        } else if let Some(mut lattice) = lattice(pool, &own) {
-            let symmetry = symmetry.filter(|_| named && parts.len() == 1);
-            add_lattice(pool, &lattice, symmetry, request.model, found);
-            lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
-            found.lattices.push(lattice);
-        } else {
-            rest.extend(part);
+/// The search for closed forms.
+pub(super) struct Search<'a> {
+    pub(super) request: Request<'a>,
+    pub(super) found: &'a mut Found,
+}
+
+impl Search<'_> {
+    /// Looks for closed forms of all parts. Classes have a name where the symmetry is one of the energies.
+    pub(super) fn closed_forms(&mut self, pool: &mut Algebra<'_>, pair: &Pair, by: (Option<&Symmetry>, bool)) {
+        let (symmetry, named) = by;
+        let parts = pair.components(pool);
+        let mut rest: Vec<usize> = Vec::new();
+        for part in &parts {
+            let own = pair.restricted(part);
+            if is_free(&own) {
+                self.found.add(pool.zero(), part.len(), None);
+                self.found.shapes.extend(self.small_part(pool, &own, part));
+            } else if let Some(mut lattice) = lattice(pool, &own) {
+                let symmetry = symmetry.filter(|_| named && parts.len() == 1);
+                self.add_lattice(pool, &lattice, symmetry);
+                lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
+                self.found.lattices.push(lattice);
+            } else {
+                rest.extend(part);
+            }
         }
-    }
-    if rest.is_empty() {
-        return;
-    }
-    rest.sort_unstable();
-    if let Some(symmetry) = symmetry {
-        if let Some(waves) = waves(pool, pair, symmetry, &rest)
-            && let GroupKind::Ring { length, .. } = symmetry.kind
-        {
-            let angles = Dimension { ends: Ends::Joined, size: length }.angles();
-            for (j, angle, multiplicity) in angles.distinct(pool) {
-                for value in waves.at(pool, angle) {
-                    let value = pool.simplify(value);
-                    let class = usize::try_from(j).map(wave_number).ok();
-                    found.add(value, multiplicity, class.filter(|_| named));
-                }
-            }
-            let letter = request.model.unused_name(&["j", "s", "b"]);
-            let number = pool.variable(&letter);
-            let angle = angles.general(pool, number);
-            let branches = waves.general(pool, angle);
-            // A formula that nobody can read is worse than the frequencies one by one.
-            if branches.iter().all(|e| pool.weight(*e) <= MOST_SYMBOLS) {
-                let branches = branches.into_iter();
-                found.case.series.extend(
-                    branches.map(|omega_squared| Series { omega_squared, numbers: vec![(letter.clone(), angles)] }),
-                );
-            }
+        if rest.is_empty() {
             return;
         }
-        let mirrors = commuting_mirrors(symmetry);
-        let kept = |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
-        if !mirrors.is_empty() && mirrors.iter().all(kept) {
-            let is_class = named && matches!(symmetry.kind, GroupKind::Mirrors(_));
-            for part in adapted(&mirrors, &rest) {
-                let block = pair.projected(pool, &part.basis);
-                let class = is_class.then(|| symmetry.class_under_mirrors(&part.odd));
-                solve_parts(pool, &block, &part.basis, class.clone(), request, found);
-                if let Some(class) = class {
-                    let (mass, stiffness) = block.dense(pool);
-                    found.case.blocks.push(Block { class, basis: part.basis, mass, stiffness });
+        rest.sort_unstable();
+        if let Some(symmetry) = symmetry {
+            if let Some(waves) = waves(pool, pair, symmetry, &rest)
+                && let GroupKind::Ring { length, .. } = symmetry.kind
+            {
+                let angles = Dimension { ends: Ends::Joined, size: length }.angles();
+                for (j, angle, multiplicity) in angles.distinct(pool) {
+                    for value in waves.at(pool, angle) {
+                        let value = pool.simplify(value);
+                        let class = usize::try_from(j).map(wave_number).ok();
+                        self.found.add(value, multiplicity, class.filter(|_| named));
+                    }
+                }
+                let letter = self.request.model.unused_name(&["j", "s", "b"]);
+                let number = pool.variable(&letter);
+                let angle = angles.general(pool, number);
+                let branches = waves.general(pool, angle);
+                // A formula that nobody can read is worse than the frequencies one by one.
+                if branches.iter().all(|e| pool.weight(*e) <= MOST_SYMBOLS) {
+                    let branches = branches.into_iter();
+                    self.found.case.series.extend(
+                        branches.map(|omega_squared| Series { omega_squared, numbers: vec![(letter.clone(), angles)] }),
+                    );
+                }
+                return;
+            }
+            let mirrors = commuting_mirrors(symmetry);
+            let kept = |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
+            if !mirrors.is_empty() && mirrors.iter().all(kept) {
+                let is_class = named && matches!(symmetry.kind, GroupKind::Mirrors(_));
+                for part in adapted(&mirrors, &rest) {
+                    let block = pair.projected(pool, &part.basis);
+                    let class = is_class.then(|| symmetry.class_under_mirrors(&part.odd));
+                    self.solve_parts(pool, &block, &part.basis, class.clone());
+                    if let Some(class) = class {
+                        let (mass, stiffness) = block.dense(pool);
+                        self.found.case.blocks.push(Block { class, basis: part.basis, mass, stiffness });
+                    }
+                }
+                return;
+            }
+        }
+        let own = pair.restricted(&rest);
+        self.solve_parts(pool, &own, &units(&rest), None);
+    }
+
+    /// The modes of a part of one or two coordinates whose frequencies are known otherwise.
+    fn small_part(&self, pool: &mut Algebra<'_>, own: &Pair, part: &[usize]) -> Vec<Shape> {
+        if part.len() > 2 {
+            return Vec::new();
+        }
+        let values = roots(pool, own, self.request, 0).zeros;
+        shapes(pool, own, &values, &units(part))
+    }
+
+    /// Solves what hangs together in a block, part by part.
+    fn solve_parts(&mut self, pool: &mut Algebra<'_>, block: &Pair, basis: &[Sparse], class: Option<String>) {
+        for part in block.components(pool) {
+            let own = block.restricted(&part);
+            let solution = roots(pool, &own, self.request, self.found.case.solved.len());
+            self.found.case.on_request = self.found.case.on_request.max(solution.unsolved);
+            let mut values = Vec::new();
+            for value in solution.zeros {
+                let is_solved = solution.solved.iter().any(|solved| solved.frequencies.contains(&value));
+                let value = if is_solved { value } else { pool.polished(value) };
+                let value = if is_solved { value } else { opened(pool, value) };
+                if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
+                    self.found.add(value, 1, class.clone());
+                    values.push(value);
                 }
             }
-            return;
+            for solved in solution.solved {
+                if self.found.case.solved.iter().all(|other| other.frequencies != solved.frequencies) {
+                    self.found.case.solved.push(solved);
+                }
+            }
+            let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
+            let shapes = shapes(pool, &own, &values, &basis).into_iter();
+            self.found.shapes.extend(shapes.map(|own| Shape { symmetry: class.clone(), ..own }));
+            if values.len() < own.len() {
+                self.found.unsolved.push((own, values, class.clone()));
+            }
         }
     }
-    let own = pair.restricted(&rest);
-    solve_parts(pool, &own, &units(&rest), None, request, found);
+
+    /// The frequencies of a chain, ring or net one by one, and as a series.
+    fn add_lattice(&mut self, pool: &mut Algebra<'_>, lattice: &Lattice, symmetry: Option<&Symmetry>) {
+        let names = [["i", "h", "a"], ["j", "s", "b"]].iter().skip(2 - lattice.dimensions.len().min(2));
+        let numbers: Vec<(String, Angles)> = names
+            .zip(&lattice.dimensions)
+            .map(|(names, dimension)| (self.request.model.unused_name(names), dimension.angles()))
+            .collect();
+        let mut general = Vec::new();
+        for (name, angles) in &numbers {
+            let number = pool.variable(name);
+            general.push(angles.general(pool, number));
+        }
+        let omega_squared = lattice.at(pool, lattice.omega_squared, &general);
+        self.found.case.series.push(Series { omega_squared, numbers: numbers.clone() });
+        // Numbers, angles and multiplicities of all dimensions so far.
+        let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
+        for (_, angles) in &numbers {
+            let own = angles.distinct(pool);
+            let longer = all.iter().flat_map(|(js, angles, times)| {
+                own.iter().map(move |(j, angle, more)| {
+                    ([js.as_slice(), &[*j]].concat(), [angles.as_slice(), &[*angle]].concat(), times * more)
+                })
+            });
+            all = longer.collect();
+        }
+        for (js, angles, multiplicity) in all {
+            let value = lattice.at(pool, lattice.omega_squared, &angles);
+            // Sines that came out as roots leave something to be added up.
+            let value = if pool.symbols(value).is_empty() || lattice.dimensions.len() > 1 {
+                value
+            } else {
+                pool.simplify(value)
+            };
+            let class = lattice.class(&js, symmetry);
+            self.found.add(value, multiplicity, class);
+        }
+    }
 }
 
 /// The vectors that move one coordinate each.
 fn units(coordinates: &[usize]) -> Vec<Sparse> {
     coordinates.iter().map(|i| vec![(*i, 1)]).collect()
-}
-
-/// The modes of a part of one or two coordinates whose frequencies are known otherwise.
-fn small_part(pool: &mut Algebra<'_>, own: &Pair, part: &[usize], request: Request<'_>) -> Vec<Shape> {
-    if part.len() > 2 {
-        return Vec::new();
-    }
-    let values = roots(pool, own, request, 0).zeros;
-    shapes(pool, own, &values, &units(part), None)
-}
-
-/// Solves what hangs together in a block, part by part.
-fn solve_parts(
-    pool: &mut Algebra<'_>,
-    block: &Pair,
-    basis: &[Sparse],
-    class: Option<String>,
-    request: Request<'_>,
-    found: &mut Found,
-) {
-    for part in block.components(pool) {
-        let own = block.restricted(&part);
-        let solution = roots(pool, &own, request, found.case.solved.len());
-        found.case.on_request = found.case.on_request.max(solution.unsolved);
-        let mut values = Vec::new();
-        for value in solution.zeros {
-            let is_solved = solution.solved.iter().any(|solved| solved.frequencies.contains(&value));
-            let value = if is_solved { value } else { pool.polished(value) };
-            let value = if is_solved { value } else { opened(pool, value) };
-            if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
-                found.add(value, 1, class.clone());
-                values.push(value);
-            }
-        }
-        for solved in solution.solved {
-            if found.case.solved.iter().all(|other| other.frequencies != solved.frequencies) {
-                found.case.solved.push(solved);
-            }
-        }
-        let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
-        let shapes = shapes(pool, &own, &values, &basis, class.clone());
-        found.shapes.extend(shapes);
-        if values.len() < own.len() {
-            found.unsolved.push((own, values, class.clone()));
-        }
-    }
 }
 
 /// A product with a sum that has fractions in it, as the sum of the products: `g/l + k/m` and not
@@ -200,47 +233,6 @@ fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
         sum.push((pool.simplify(product), coefficient.mul(&size)));
     }
     pool.linear(&sum)
-}
-
-/// The frequencies of a chain, ring or net one by one, and as a series.
-fn add_lattice(
-    pool: &mut Algebra<'_>,
-    lattice: &Lattice,
-    symmetry: Option<&Symmetry>,
-    model: &Model,
-    found: &mut Found,
-) {
-    let names = [["i", "h", "a"], ["j", "s", "b"]].iter().skip(2 - lattice.dimensions.len().min(2));
-    let numbers: Vec<(String, Angles)> = names
-        .zip(&lattice.dimensions)
-        .map(|(names, dimension)| (model.unused_name(names), dimension.angles()))
-        .collect();
-    let mut general = Vec::new();
-    for (name, angles) in &numbers {
-        let number = pool.variable(name);
-        general.push(angles.general(pool, number));
-    }
-    let omega_squared = lattice.at(pool, lattice.omega_squared, &general);
-    found.case.series.push(Series { omega_squared, numbers: numbers.clone() });
-    // Numbers, angles and multiplicities of all dimensions so far.
-    let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
-    for (_, angles) in &numbers {
-        let own = angles.distinct(pool);
-        let longer = all.iter().flat_map(|(js, angles, times)| {
-            own.iter().map(move |(j, angle, more)| {
-                ([js.as_slice(), &[*j]].concat(), [angles.as_slice(), &[*angle]].concat(), times * more)
-            })
-        });
-        all = longer.collect();
-    }
-    for (js, angles, multiplicity) in all {
-        let value = lattice.at(pool, lattice.omega_squared, &angles);
-        // Sines that came out as roots leave something to be added up.
-        let value =
-            if pool.symbols(value).is_empty() || lattice.dimensions.len() > 1 { value } else { pool.simplify(value) };
-        let class = lattice.class(&js, symmetry);
-        found.add(value, multiplicity, class);
-    }
 }
 
 impl Lattice {

@@ -8,7 +8,7 @@
 use super::Linear;
 use super::check::{Checker, Signs};
 use super::cubic::Solved;
-use super::forms::{Found, closed_forms};
+use super::forms::{Found, Search};
 use super::lattice::Angles;
 use super::normal::{NormalCoordinates, normal_coordinates};
 use super::pair::Pair;
@@ -290,7 +290,7 @@ fn case(
     let mut found = Found::default();
     if pair.len() <= MOST_COORDINATES {
         let symmetry = symmetry.for_blocks();
-        closed_forms(pool, pair, symmetry, request, &mut found);
+        Search { request, found: &mut found }.closed_forms(pool, pair, symmetry);
         found.count_copies(pool, checker);
     }
     let mut case = Case {

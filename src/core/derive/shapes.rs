@@ -36,9 +36,9 @@ pub(super) struct Shape {
 
 impl Shape {
     /// One vector alone.
-    fn alone(pool: &Pool, omega_squared: ExprId, symmetry: Option<String>, vector: &Sparse, mass: ExprId) -> Self {
+    fn alone(pool: &Pool, omega_squared: ExprId, vector: &Sparse, mass: ExprId) -> Self {
         let parts = vec![(vector.clone(), pool.one())];
-        Self { omega_squared, symmetry, parts, mass, omega: None, factors: Vec::new() }
+        Self { omega_squared, symmetry: None, parts, mass, omega: None, factors: Vec::new() }
     }
 
     /// Whether it is the shape of three coordinates or more, which is too long to be written out.
@@ -70,35 +70,23 @@ pub(super) fn combined<'a>(
 
 /// The modes of a part of one or two coordinates with these omega^2; `basis` says which vectors of the model its
 /// coordinates are. None where they can't be told apart.
-pub(super) fn shapes(
-    pool: &mut Algebra<'_>,
-    part: &Pair,
-    squares: &[ExprId],
-    basis: &[Sparse],
-    symmetry: Option<String>,
-) -> Vec<Shape> {
+pub(super) fn shapes(pool: &mut Algebra<'_>, part: &Pair, squares: &[ExprId], basis: &[Sparse]) -> Vec<Shape> {
     match (squares, basis) {
-        ([square], [vector]) => vec![Shape::alone(pool, *square, symmetry, vector, part.at(pool, 0, 0).0)],
+        ([square], [vector]) => vec![Shape::alone(pool, *square, vector, part.at(pool, 0, 0).0)],
         ([first, second], [u, v]) => {
             if pool.agree(*first, *second) {
                 return Vec::new();
             }
             let block = Block::new(pool, part);
-            [*first, *second].into_iter().map(|square| block.mode(pool, square, [u, v], symmetry.clone())).collect()
+            [*first, *second].into_iter().map(|square| block.mode(pool, square, [u, v])).collect()
         }
-        _ if squares.len() == basis.len() => column(pool, part, squares, basis, symmetry).unwrap_or_default(),
+        _ if squares.len() == basis.len() => column(pool, part, squares, basis).unwrap_or_default(),
         _ => Vec::new(),
     }
 }
 
 /// The modes of three or four coordinates, all by the same column of the adjugate of K - omega^2 M, in which omega is a symbol.
-fn column(
-    pool: &mut Algebra<'_>,
-    part: &Pair,
-    squares: &[ExprId],
-    basis: &[Sparse],
-    symmetry: Option<String>,
-) -> Option<Vec<Shape>> {
+fn column(pool: &mut Algebra<'_>, part: &Pair, squares: &[ExprId], basis: &[Sparse]) -> Option<Vec<Shape>> {
     let n = part.len();
     if !(3..=4).contains(&n) {
         return None;
@@ -151,7 +139,7 @@ fn column(
     }
     let shapes = squares.iter().map(|omega_squared| Shape {
         omega_squared: *omega_squared,
-        symmetry: symmetry.clone(),
+        symmetry: None,
         parts: vectors.clone(),
         mass,
         omega: Some(symbol),
@@ -203,12 +191,12 @@ impl Block {
     }
 
     /// The mode of a frequency; with a symbol for omega where that is shorter by far.
-    fn mode(&self, pool: &mut Algebra<'_>, square: ExprId, [u, v]: [&Sparse; 2], symmetry: Option<String>) -> Shape {
+    fn mode(&self, pool: &mut Algebra<'_>, square: ExprId, [u, v]: [&Sparse; 2]) -> Shape {
         let one = pool.one();
         let parts = |ratio: ExprId| {
             [(u.clone(), one), (v.clone(), ratio)].into_iter().filter(|(_, factor)| !factor.is_zero()).collect()
         };
-        let mut mode = Shape::alone(pool, square, symmetry, v, self.m[2]);
+        let mut mode = Shape::alone(pool, square, v, self.m[2]);
         let Some((at, ratio)) = self.ratio(pool, square, None) else { return mode };
         mode.parts = parts(ratio);
         mode.mass = self.mass(pool, ratio);
