@@ -75,7 +75,8 @@ pub(super) fn normal_waves(
     let normals = free(checker.model, &["Q", "eta", "xi", "zeta"]);
     let omegas = free(checker.model, &["omega", "Omega", "w", "nu"]);
     let waves = lattices.iter().zip(&case.series).enumerate().map(|(at, (lattice, series))| {
-        waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
+        let waves = waves_of(pool, checker.model, series, lattice, [normals.get(at)?, omegas.get(at)?])?;
+        waves.holds(pool, checker, pair, series.omega_squared).then_some(waves)
     });
     waves.collect()
 }
@@ -94,11 +95,10 @@ fn free(model: &Model, names: &[&str]) -> Vec<String> {
 
 fn waves_of(
     pool: &mut Pool,
-    checker: &Checker<'_>,
-    pair: &Pair,
+    model: &Model,
     series: &Series,
     lattice: &Lattice,
-    [normal, omega]: [&String; 2],
+    by: [&String; 2],
 ) -> Option<NormalWaves> {
     let dimensions = &lattice.dimensions;
     let exceptional = |ends: Ends| matches!(ends, Ends::Corners(1, 1) | Ends::Corners(-1, -1));
@@ -108,7 +108,7 @@ fn waves_of(
         return None;
     }
     let letters = [["n", "l", "r"], ["m", "p", "t"]];
-    let letter = |names: &[&str; 3]| checker.model.unused_name(names);
+    let letter = |names: &[&str; 3]| model.unused_name(names);
     let names: Vec<String> = match dimensions.as_slice() {
         [_] => vec![letter(&letters[0])],
         // The last index is the fastest.
@@ -172,26 +172,18 @@ fn waves_of(
         sums.order_by_key(|sum| sum.numbers.first().map(|own| own.1));
     }
     let size = |own: &Dimension| i64::try_from(own.size).unwrap_or(0);
-    let waves = NormalWaves {
+    Some(NormalWaves {
         order: lattice.order.clone(),
         places: names.into_iter().zip(dimensions.iter().map(size)).collect(),
         sums,
-        normal: normal.clone(),
-        omega: omega.clone(),
-    };
-    waves.holds(pool, checker, pair, series.omega_squared, [&places, &numbers]).then_some(waves)
+        normal: by[0].clone(),
+        omega: by[1].clone(),
+    })
 }
 
 impl NormalWaves {
     /// Whether the vectors are modes in numbers.
-    fn holds(
-        &self,
-        pool: &mut Pool,
-        checker: &Checker<'_>,
-        pair: &Pair,
-        omega_squared: ExprId,
-        [places, numbers]: [&[Symbol]; 2],
-    ) -> bool {
+    fn holds(&self, pool: &mut Pool, checker: &Checker<'_>, pair: &Pair, omega_squared: ExprId) -> bool {
         let count = self.order.len();
         let every = if count <= MOST_FOR_ALL { 1 } else { count / MOST_CHECKED };
         // By coordinate: its place in each dimension.
@@ -209,8 +201,10 @@ impl NormalWaves {
                 *place = own;
             }
         }
+        let places: Vec<Symbol> = self.places.iter().map(|(name, _)| pool.symbol(name)).collect();
         let mut columns = Vec::new();
         for sum in &self.sums {
+            let numbers: Vec<Symbol> = sum.numbers.iter().map(|(name, ..)| pool.symbol(name)).collect();
             let amplitude = pool.mul(sum.factor, sum.shape);
             let mut modes: Vec<Vec<i64>> = vec![Vec::new()];
             for (_, first, last) in &sum.numbers {
@@ -221,7 +215,7 @@ impl NormalWaves {
             let mut chosen: Vec<Vec<i64>> = modes.iter().step_by(every).cloned().collect();
             chosen.extend(modes.pop());
             chosen.dedup();
-            let letters = [(places, at.as_slice()), (numbers, &chosen)];
+            let letters = [(places.as_slice(), at.as_slice()), (&numbers, &chosen)];
             let Some(found) = checker.waves(pool, [omega_squared, amplitude], letters) else { return false };
             columns.extend(found);
         }
