@@ -27,23 +27,25 @@ impl Approximation {
                 let value = pool.number(value.clone());
                 pool.substitute_one(e, &Substitution::from([(symbol, value)]))
             }
-            Self::Expansion { order, .. } => {
-                let mut coefficients = taylor(pool, e, symbol, *order);
-                // √f stands in front, whatever the sign of f: √f and √(1/f) in one sum would be one of them times ±1.
-                let has_sum = |base: ExprId| pool.factors(base).iter().any(|(own, _)| pool.is_sum(*own));
-                let is_root = |(base, exponent): &(ExprId, Number)| !exponent.is_integer() && has_sum(*base);
-                let front = coefficients.first().copied().filter(|own| match pool.terms(*own).as_slice() {
-                    [(term, _)] => pool.factors(*term).iter().any(is_root),
-                    _ => false,
-                });
-                if let Some(front) = front {
-                    coefficients.iter_mut().for_each(|own| *own = pool.short(|pool| pool.div(*own, front)));
-                }
-                let series = polynomial(pool, coefficients, symbol);
-                front.map_or(series, |front| pool.mul(front, series))
-            }
+            Self::Expansion { order, .. } => series(pool, e, symbol, *order),
         }
     }
+}
+
+fn series(pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol, order: u32) -> ExprId {
+    let mut coefficients = taylor(pool, e, symbol, order);
+    // √f stands in front, whatever the sign of f: √f and √(1/f) in one sum would be one of them times ±1.
+    let has_sum = |base: ExprId| pool.factors(base).iter().any(|(own, _)| pool.is_sum(*own));
+    let is_root = |(base, exponent): &(ExprId, Number)| !exponent.is_integer() && has_sum(*base);
+    let front = coefficients.first().copied().filter(|own| match pool.terms(*own).as_slice() {
+        [(term, _)] => pool.factors(*term).iter().any(is_root),
+        _ => false,
+    });
+    if let Some(front) = front {
+        coefficients.iter_mut().for_each(|own| *own = pool.short(|pool| pool.div(*own, front)));
+    }
+    let series = polynomial(pool, coefficients, symbol);
+    front.map_or(series, |front| pool.mul(front, series))
 }
 
 /// The coefficients of the powers of a symbol about 0, undefined from the first that does not exist.
@@ -208,7 +210,7 @@ impl Exponents {
         // The root of a zero that begins with the power v is known to v/2 powers fewer.
         let squares = Approximation::Expansion { name: name.clone(), order: (2 * order).min(MOST_ORDERS) };
         let squares = finite(pool, &squares, characteristic, symbol)?;
-        let roots = squares.into_iter().map(|own| root_of_series(pool, own.omega_squared, symbol, (name, *order)));
+        let roots = squares.into_iter().map(|own| root_of_series(pool, own.omega_squared, symbol, *order));
         let roots = roots.collect::<Option<Vec<ExprId>>>()?;
         let both: Vec<ExprId> = roots.into_iter().flat_map(|root| [root, pool.neg(root)]).collect();
         let real = pool.zero();
@@ -285,12 +287,7 @@ fn has_open_roots(pool: &mut Algebra<'_>, own: &ClosedExponent, symbol: Symbol, 
 
 /// The root, to some power of a symbol, of a polynomial in it that is known to twice that power, or to as many powers as there are; `None` where these
 /// are too few.
-fn root_of_series(
-    pool: &mut Algebra<'_>,
-    square: ExprId,
-    symbol: Symbol,
-    (name, order): (&str, u32),
-) -> Option<ExprId> {
+fn root_of_series(pool: &mut Algebra<'_>, square: ExprId, symbol: Symbol, order: u32) -> Option<ExprId> {
     let known = (2 * order).min(MOST_ORDERS);
     let coefficients = taylor(pool, square, symbol, known);
     let first = (0_u32..).zip(&coefficients).find(|(_, own)| !own.is_zero()).map(|(power, _)| power);
@@ -298,8 +295,7 @@ fn root_of_series(
     let more = order.checked_sub(first.div_ceil(2)).filter(|more| *more <= known - first)?;
     let rest = polynomial(pool, coefficients.into_iter().skip(first as usize), symbol);
     let root = pool.sqrt(rest);
-    let rest = Approximation::Expansion { name: name.to_owned(), order: more };
-    let root = rest.of(pool, root, symbol);
+    let root = series(pool, root, symbol, more);
     let half = Number::half().mul(&Number::from(i64::from(first)));
     let variable = pool.symbol_expr(symbol);
     let front = pool.product_of_powers(&[(variable, half)]);
