@@ -24,7 +24,7 @@
 //! ```
 
 use super::normal::Abbreviation;
-use super::roots::root;
+use super::roots::{Request, root};
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ratio};
 use crate::model::Model;
@@ -100,9 +100,10 @@ impl Names<'_> {
     }
 }
 
-/// The zeros of z^n - s_1 z^(n-1) + s_2 z^(n-2) - …, n = 2 to 4, for a page that has `before` such blocks already. `None` where
-/// the formulas would be too long; else with the symbols that they and their names take.
-pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], before: usize) -> Option<(u64, Solved)> {
+/// The zeros of z^n - s_1 z^(n-1) + s_2 z^(n-2) - …, n = 2 to 4. `None` where the formulas would be too long; else with the
+/// symbols that they and their names take.
+pub(super) fn solve(pool: &mut Algebra<'_>, request: Request<'_>, sums: &[ExprId]) -> Option<(u64, Solved)> {
+    let Request { model, before, .. } = request;
     let letter = model.unused_name(&["n", "j", "r", "u"]);
     let q = if let [a, b, c, _] = sums { Some(middle(pool, *a, *b, *c)) } else { None };
     let biquadratic = q.is_some_and(|q| pool.vanishes(q));

@@ -130,7 +130,7 @@ impl Search<'_> {
         if part.len() > 2 {
             return Vec::new();
         }
-        let values = roots(pool, own, self.request, 0).zeros;
+        let values = roots(pool, own, self.request).zeros;
         shapes(pool, own, &values, &units(part))
     }
 
@@ -138,7 +138,8 @@ impl Search<'_> {
     fn solve_parts(&mut self, pool: &mut Algebra<'_>, block: &Pair, basis: &[Sparse], class: Option<String>) {
         for part in block.components(pool) {
             let own = block.restricted(&part);
-            let solution = roots(pool, &own, self.request, self.found.case.solved.len());
+            let before = self.found.case.solved.len();
+            let solution = roots(pool, &own, Request { before, ..self.request });
             self.found.case.on_request = self.found.case.on_request.max(solution.unsolved);
             let mut values = Vec::new();
             for value in solution.zeros {

@@ -170,7 +170,7 @@ pub struct Series {
 /// Looks for symmetries and closed forms.
 pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear, most: usize) -> Frequencies {
     let model = checker.model;
-    let request = Request { most, model };
+    let request = Request { most, model, before: 0 };
     let pair = Pair::new(&linear.mass, &linear.stiffness).canonical(pool);
     let used = pool.symbols_of(&pair.values());
     let none = Ties::default();

@@ -37,6 +37,8 @@ pub(super) struct Request<'a> {
     pub(super) most: usize,
     /// Names on the page are none of this.
     pub(super) model: &'a Model,
+    /// So many cubics and quartics are on it already.
+    pub(super) before: usize,
 }
 
 /// The zeros of a polynomial.
@@ -56,8 +58,8 @@ impl Roots {
     }
 }
 
-/// All zeros of det(K - z M), for a page with `before` cubics and quartics already.
-pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, before: usize) -> Roots {
+/// All zeros of det(K - z M).
+pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>) -> Roots {
     if block.len() == 1 {
         let (mass, stiffness) = block.at(pool, 0, 0);
         let quotient = pool.short(|pool| pool.div(stiffness, mass));
@@ -74,17 +76,17 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, 
             return Roots::of(zeros);
         }
         let coefficients = characteristic(pool, block).unwrap_or_default();
-        return named(pool, request, before, &coefficients, zeros);
+        return named(pool, request, &coefficients, zeros);
     }
     let Some(coefficients) = characteristic(pool, block) else { return Roots::default() };
     let (zeros, rest) = without_zeros(pool, &coefficients);
     if rest.len() <= 3 {
         let zeros = of_polynomial(pool, &coefficients).unwrap_or_default();
-        return named(pool, request, before, &coefficients, zeros);
+        return named(pool, request, &coefficients, zeros);
     }
     let mut all = Roots::of(vec![pool.zero(); zeros.len()]);
     for (factor, times) in factors(pool, rest) {
-        let own = of_factor(pool, request, before + all.solved.len(), &factor);
+        let own = of_factor(pool, Request { before: request.before + all.solved.len(), ..request }, &factor);
         (0..times).for_each(|_| all.zeros.extend(&own.zeros));
         all.solved.extend(own.solved);
         all.unsolved = all.unsolved.max(own.unsolved);
@@ -93,26 +95,22 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, 
 }
 
 /// The zeros of a polynomial without factors.
-fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, before: usize, coefficients: &[ExprId]) -> Roots {
+fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, coefficients: &[ExprId]) -> Roots {
     let degree = coefficients.len() - 1;
-    match coefficients {
-        [others @ .., leading] if degree > 2 => {
-            if degree > request.most {
-                return Roots { unsolved: Some(degree).filter(|degree| *degree <= 4), ..Roots::default() };
-            }
-            let sums = sums_of_products(pool, others, *leading);
-            let solved = solve(pool, request.model, &sums, before);
-            solved.map_or_else(Roots::default, |(_, solved)| Roots {
-                zeros: solved.frequencies.clone(),
-                solved: vec![solved],
-                unsolved: None,
-            })
-        }
-        _ => {
-            let zeros = of_polynomial(pool, coefficients).unwrap_or_default();
-            named(pool, request, before, coefficients, zeros)
-        }
+    if degree <= 2 {
+        let zeros = of_polynomial(pool, coefficients).unwrap_or_default();
+        return named(pool, request, coefficients, zeros);
     }
+    if degree > request.most {
+        return Roots { unsolved: Some(degree).filter(|degree| *degree <= 4), ..Roots::default() };
+    }
+    let sums = sums_of_products(pool, coefficients);
+    let solved = solve(pool, request, &sums);
+    solved.map_or_else(Roots::default, |(_, solved)| Roots {
+        zeros: solved.frequencies.clone(),
+        solved: vec![solved],
+        unsolved: None,
+    })
 }
 
 /// The factors of a polynomial over the numbers and the parameters, and how often each occurs; the whole where there are none.
@@ -132,10 +130,10 @@ fn factors(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<(Polynomial, 
 }
 
 /// Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
-fn sums_of_products(pool: &mut Algebra<'_>, others: &[ExprId], leading: ExprId) -> Vec<ExprId> {
+fn sums_of_products(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<ExprId> {
     let mut sums = Vec::new();
-    for (at, coefficient) in others.iter().rev().enumerate() {
-        let quotient = pool.short(|pool| pool.div(*coefficient, leading));
+    for (at, coefficient) in coefficients.iter().rev().skip(1).enumerate() {
+        let quotient = pool.short(|pool| pool.div(*coefficient, coefficients[coefficients.len() - 1]));
         let quotient = on_one_bar(pool, quotient);
         sums.push(if at % 2 == 0 { pool.neg(quotient) } else { quotient });
     }
@@ -143,22 +141,15 @@ fn sums_of_products(pool: &mut Algebra<'_>, others: &[ExprId], leading: ExprId) 
 }
 
 /// Two zeros; those that are long by their sum and product on a page where that is much shorter.
-fn named(
-    pool: &mut Algebra<'_>,
-    request: Request<'_>,
-    before: usize,
-    coefficients: &[ExprId],
-    zeros: Vec<ExprId>,
-) -> Roots {
+fn named(pool: &mut Algebra<'_>, request: Request<'_>, coefficients: &[ExprId], zeros: Vec<ExprId>) -> Roots {
     let (_, rest) = without_zeros(pool, coefficients);
     let written = pool.weight_of(&zeros);
     let mut roots = Roots::of(zeros);
-    if written <= MOST_FOR_TWO {
+    if written <= MOST_FOR_TWO || rest.len() != 3 {
         return roots;
     }
-    let ([others @ .., leading], 3) = (rest, rest.len()) else { return roots };
-    let sums = sums_of_products(pool, others, *leading);
-    let found = solve(pool, request.model, &sums, before);
+    let sums = sums_of_products(pool, rest);
+    let found = solve(pool, request, &sums);
     if let Some((weight, mut solved)) = found
         && weight <= written - written / 3
     {
