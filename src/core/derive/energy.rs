@@ -77,7 +77,7 @@ pub(super) fn hamiltonian(pool: &mut Algebra<'_>, variables: &Variables, lagrang
         let found = squared(pool, &part, lagrangian)?;
         let weight: u64 = found.iter().map(|(factor, sum)| pool.weight(*factor) + sum.weight(pool)).sum();
         let expanded =
-            if let ([i, j], true) = (part.as_slice(), plain) { inverse(pool, [*i, *j], inertia) } else { None };
+            if let ([i, j], true) = (part.as_slice(), plain) { inverse(pool, [*i, *j], lagrangian) } else { None };
         match expanded {
             Some(own) if own.iter().map(|term| pool.weight(term.coefficient) + 3).sum::<u64>() <= 2 * weight => {
                 terms.extend(own);
@@ -143,12 +143,8 @@ fn squared(pool: &mut Algebra<'_>, part: &[usize], lagrangian: &Lagrangian) -> O
 }
 
 /// The terms of 1/2 pᵀ A⁻¹ p for two coordinates.
-fn inverse(
-    pool: &mut Algebra<'_>,
-    [i, j]: [usize; 2],
-    inertia: &BTreeMap<(usize, usize), ExprId>,
-) -> Option<Vec<MotionTerm>> {
-    let [a, b, c] = [(i, i), (i, j), (j, j)].map(|at| inertia.get(&at).copied());
+fn inverse(pool: &mut Algebra<'_>, [i, j]: [usize; 2], lagrangian: &Lagrangian) -> Option<Vec<MotionTerm>> {
+    let [a, b, c] = [(i, i), (i, j), (j, j)].map(|at| lagrangian.inertia.get(&at).copied());
     let (a, b, c) = (a?, b?, c?);
     let determinant = pool.short(|pool| determinant(pool, &[vec![a, b], vec![b, c]]));
     if pool.is_zero(determinant) != ZeroVerdict::NonZero {
