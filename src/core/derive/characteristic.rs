@@ -281,7 +281,7 @@ impl<'a> Factored<'a> {
             let open = (!left.holds_always()).then(|| signed(pool, &self.ring, &left));
             found.push(StabilityCondition::new(positive, open));
         }
-        agreeing(self.checker, pool, found)
+        self.agreeing(pool, found)
     }
 
     /// That no exponent becomes 0 where a constant is a square, which is not negative elsewhere: squares, too, without what other
@@ -370,7 +370,21 @@ impl<'a> Factored<'a> {
                 }
             }
         }
-        agreeing(self.checker, pool, found)
+        self.agreeing(pool, found)
+    }
+
+    /// Conditions where they agree with the modes at the values of the parameters.
+    fn agreeing(&self, pool: &mut Algebra<'_>, found: Vec<StabilityCondition>) -> Option<Vec<StabilityCondition>> {
+        let signs: Vec<Option<bool>> = found.iter().map(|own| self.checker.is_negative(pool, own.positive)).collect();
+        // Roots are taken for independent of each other on the way.
+        if found.iter().any(|own| pool.vanishes(own.positive)) {
+            return None;
+        }
+        let Some(modes) = self.checker.exponents() else { return Some(found) };
+        let unstable = modes.iter().any(|mode| mode.growth.is_positive());
+        // What is 0 at the values leaves it open, but not beside what is negative.
+        let agrees = if signs.contains(&Some(true)) { unstable } else { !unstable || signs.contains(&None) };
+        agrees.then_some(found)
     }
 }
 
@@ -446,7 +460,7 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
         .map(|own| StabilityCondition { role, ..StabilityCondition::new(signed(pool, &pervasive.ring, &own), None) });
     let mut found: Vec<StabilityCondition> = own.collect();
     found.extend(parts.stability(pool)?.all);
-    agreeing(checker, pool, found)
+    parts.agreeing(pool, found)
 }
 
 impl Linear {
@@ -545,24 +559,6 @@ fn join(factors: &mut Vec<Factor>, new: Factor) {
             factors.push(own);
         }
     }
-}
-
-/// Conditions where they agree with the modes at the values of the parameters.
-fn agreeing(
-    checker: &Checker<'_>,
-    pool: &mut Algebra<'_>,
-    found: Vec<StabilityCondition>,
-) -> Option<Vec<StabilityCondition>> {
-    let signs: Vec<Option<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
-    // Roots are taken for independent of each other on the way.
-    if found.iter().any(|own| pool.vanishes(own.positive)) {
-        return None;
-    }
-    let Some(modes) = checker.exponents() else { return Some(found) };
-    let unstable = modes.iter().any(|mode| mode.growth.is_positive());
-    // What is 0 at the values leaves it open, but not beside what is negative.
-    let agrees = if signs.contains(&Some(true)) { unstable } else { !unstable || signs.contains(&None) };
-    agrees.then_some(found)
 }
 
 /// Whether motions grow as t² or faster at the exponent 0, for most values of the parameters, where that is known.
