@@ -200,7 +200,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         }
         let (mut found, modes) = case(checker, request, pool, &equal, &symmetry, &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
-            let needed = ties.needed(model, pool, &pair, &symmetry.generators);
+            let needed = ties.needed(model, pool, &pair, symmetry);
             let pattern = needed.applied(model, pool, &pair).pattern(pool);
             let holds = symmetry.generators.iter().all(|g| pattern.is_kept_by(g));
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
@@ -225,7 +225,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         if let Some(symmetry) = Symmetries::find(checker, pool, linear, &equal, &all).energies
             && symmetry.order > tied_order
         {
-            let needed = all.needed(model, pool, &pair, &symmetry.generators);
+            let needed = all.needed(model, pool, &pair, &symmetry);
             let pattern = needed.applied(model, pool, &pair).canonical(pool).pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
                 let Symmetry { generators, kind, .. } = symmetry;

@@ -12,7 +12,7 @@ use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::order::Gather;
-use crate::symmetry::SignedPermutation;
+use crate::symmetry::Symmetry;
 
 /// Parameters that are taken to be equal, by the number of the one that stands for each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -108,18 +108,12 @@ impl Ties {
         }
     }
 
-    /// The ties among these that signed permutations of M and K need.
-    pub(super) fn needed(
-        &self,
-        model: &Model,
-        pool: &mut Algebra<'_>,
-        pair: &Pair,
-        generators: &[SignedPermutation],
-    ) -> Self {
+    /// The ties among these that a symmetry of M and K needs.
+    pub(super) fn needed(&self, model: &Model, pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry) -> Self {
         let mut needed = Self::none(self.leader.len());
         needed.opposite.clone_from(&self.opposite);
         let mut pairs: BTreeSet<(ExprId, ExprId)> = BTreeSet::new();
-        for g in generators {
+        for g in &symmetry.generators {
             for i in 0..pair.len() {
                 for j in pair.columns(i) {
                     let ((to_i, a), (to_j, b)) = (g.of(i), g.of(j));
