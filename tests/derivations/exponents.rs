@@ -367,7 +367,7 @@ fn frequencies_are_counted_in_all_blocks() {
         V = 1/2*k*sum(i in 1..4, j in i+1..4, (norm(r[i] - r[j]) - d)^2)
         equilibrium r[1] = [0, 0, 0]  equilibrium r[2] = [d, 0, 0]  equilibrium r[3] = [d/2, sqrt(3)/2*d, 0]
         equilibrium r[4] = [d/2, sqrt(3)/6*d, sqrt(2/3)*d]";
-    assert_eq!(told(tetrahedron)[0], ["6: 0", "2: k/m", "3: 2*k/m"]);
+    assert_eq!(told(tetrahedron)[0], ["6: 0", "2: k/m", "3: 2*k/m", "1: 4*k/m"]);
 }
 
 /// Where one part drives another, equal exponents are a Jordan block.

@@ -7,10 +7,10 @@ use super::check::Checker;
 use super::frequencies::{Block, Case, Frequency, Series};
 use super::lattice::{Angles, Dimension, Ends, Lattice, lattice};
 use super::pair::{Pair, Sparse};
-use super::roots::{Request, roots};
+use super::roots::{Request, Roots, of_factor, roots};
 use super::shapes::{Shape, shapes};
 use super::simplify::{Algebra, split};
-use crate::expr::{ExprId, Node, Pool};
+use crate::expr::{ExprId, Node};
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
 
@@ -37,17 +37,42 @@ impl Found {
         let new = Frequency::new(omega_squared, multiplicity, symmetry);
         self.frequencies.entry(omega_squared).and_modify(|own| own.join(&new)).or_insert(new);
     }
+}
 
-    /// Counts frequencies of other blocks in those that are not solved, too.
-    pub(super) fn count_copies(&mut self, pool: &Pool, checker: &Checker<'_>) {
-        let known: Vec<ExprId> = self.frequencies.keys().copied().collect();
-        for (block, own, class) in std::mem::take(&mut self.unsolved) {
-            let missed = checker.missed(pool, &block, &own, &known);
-            for (z, missed) in known.iter().zip(missed.unwrap_or_default()).filter(|(_, missed)| *missed > 0) {
-                self.add(*z, missed, class.clone());
-            }
-        }
+/// The squares of frequencies of a block of which all but two at most are `known`, each as often as it occurs: by tr M⁻¹K and
+/// tr (M⁻¹K)². `None` where M is not diagonal, or more are left.
+fn left_over(pool: &mut Algebra<'_>, block: &Pair, known: &[(ExprId, usize)], request: Request<'_>) -> Option<Roots> {
+    let n = block.len();
+    let left = n.checked_sub(known.iter().map(|(_, times)| times).sum())?;
+    let places: Vec<_> = (0..n).flat_map(|i| block.columns(i).into_iter().map(move |j| (i, j))).collect();
+    if known.is_empty()
+        || !(1..=2).contains(&left)
+        || places.iter().any(|(i, j)| i != j && !block.at(pool, *i, *j).0.is_zero())
+    {
+        return None;
     }
+    let mut traces = [Vec::new(), Vec::new()];
+    for (i, j) in places {
+        let (_, stiffness) = block.at(pool, i, j);
+        let [mi, mj] = [i, j].map(|i| (block.at(pool, i, i).0, Number::MINUS_ONE));
+        if i == j {
+            traces[0].push(pool.product_of_powers(&[(stiffness, Number::ONE), mi.clone()]));
+        }
+        traces[1].push(pool.product_of_powers(&[(stiffness, Number::from(2)), mi, mj]));
+    }
+    let mut sums = traces.map(|parts| pool.short(|pool| pool.sum(&parts)));
+    for (power, sum) in (1..).zip(&mut sums) {
+        let parts = known.iter().map(|(z, times)| (pool.powi(*z, power), Number::from(-(*times as i64))));
+        let parts: Vec<_> = std::iter::once((*sum, Number::ONE)).chain(parts.collect::<Vec<_>>()).collect();
+        *sum = pool.short(|pool| pool.linear(&parts));
+    }
+    if left == 1 {
+        return Some(Roots::of(vec![sums[0]]));
+    }
+    let square = pool.square(sums[0]);
+    let product = pool.linear(&[(square, Number::half()), (sums[1], Number::half().neg())]);
+    let coefficients = [pool.simplify(product), pool.neg(sums[0]), pool.one()];
+    Some(of_factor(pool, request, &coefficients))
 }
 
 /// The search for closed forms.
@@ -140,27 +165,49 @@ impl Search<'_> {
             let own = block.restricted(&part);
             let before = self.found.case.solved.len();
             let solution = roots(pool, &own, Request { before, ..self.request });
-            self.found.case.on_request = self.found.case.on_request.max(solution.unsolved);
-            let mut values = Vec::new();
-            for value in solution.zeros {
-                let is_solved = solution.solved.iter().any(|solved| solved.frequencies.contains(&value));
-                let value = if is_solved { value } else { pool.polished(value) };
-                let value = if is_solved { value } else { opened(pool, value) };
-                if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
-                    self.found.add(value, 1, class.clone());
-                    values.push(value);
-                }
-            }
-            for solved in solution.solved {
-                if self.found.case.solved.iter().all(|other| other.frequencies != solved.frequencies) {
-                    self.found.case.solved.push(solved);
-                }
-            }
+            let values = self.take(pool, solution, class.as_ref());
             let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
             let shapes = shapes(pool, &own, &values, &basis).into_iter();
             self.found.shapes.extend(shapes.map(|own| Shape { symmetry: class.clone(), ..own }));
             if values.len() < own.len() {
                 self.found.unsolved.push((own, values, class.clone()));
+            }
+        }
+    }
+
+    /// Takes the zeros of a part in that can be read.
+    fn take(&mut self, pool: &mut Algebra<'_>, solution: Roots, class: Option<&String>) -> Vec<ExprId> {
+        self.found.case.on_request = self.found.case.on_request.max(solution.unsolved);
+        let mut values = Vec::new();
+        for value in solution.zeros {
+            let is_solved = solution.solved.iter().any(|solved| solved.frequencies.contains(&value));
+            let value = if is_solved { value } else { pool.polished(value) };
+            let value = if is_solved { value } else { opened(pool, value) };
+            if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
+                self.found.add(value, 1, class.cloned());
+                values.push(value);
+            }
+        }
+        for solved in solution.solved {
+            if self.found.case.solved.iter().all(|other| other.frequencies != solved.frequencies) {
+                self.found.case.solved.push(solved);
+            }
+        }
+        values
+    }
+
+    /// Counts frequencies of other blocks in those that are not solved, too, and solves these for what they leave.
+    pub(super) fn count_copies(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>) {
+        let known: Vec<ExprId> = self.found.frequencies.keys().copied().collect();
+        for (block, own, class) in std::mem::take(&mut self.found.unsolved) {
+            let missed = checker.missed(pool, &block, &own, &known).unwrap_or_default();
+            let copies = known.iter().copied().zip(missed).filter(|(_, missed)| *missed > 0);
+            let mut all: Vec<(ExprId, usize)> = copies.collect();
+            all.iter().for_each(|(z, times)| self.found.add(*z, *times, class.clone()));
+            all.extend(own.into_iter().map(|z| (z, 1)));
+            let before = self.found.case.solved.len();
+            if let Some(solution) = left_over(pool, &block, &all, Request { before, ..self.request }) {
+                self.take(pool, solution, class.as_ref());
             }
         }
     }

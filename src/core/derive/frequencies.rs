@@ -290,8 +290,9 @@ fn case(
     let mut found = Found::default();
     if pair.len() <= MOST_COORDINATES {
         let symmetry = symmetry.for_blocks();
-        Search { request, found: &mut found }.closed_forms(pool, pair, symmetry);
-        found.count_copies(pool, checker);
+        let mut search = Search { request, found: &mut found };
+        search.closed_forms(pool, pair, symmetry);
+        search.count_copies(pool, checker);
     }
     let mut case = Case {
         ties: ties.sets(request.model),

@@ -53,7 +53,7 @@ pub(super) struct Roots {
 }
 
 impl Roots {
-    fn of(zeros: Vec<ExprId>) -> Self {
+    pub(super) fn of(zeros: Vec<ExprId>) -> Self {
         Self { zeros, ..Self::default() }
     }
 }
@@ -95,7 +95,7 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>) 
 }
 
 /// The zeros of a polynomial without factors.
-fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, coefficients: &[ExprId]) -> Roots {
+pub(super) fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, coefficients: &[ExprId]) -> Roots {
     let degree = coefficients.len() - 1;
     if degree <= 2 {
         let zeros = of_polynomial(pool, coefficients).unwrap_or_default();
