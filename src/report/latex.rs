@@ -60,18 +60,16 @@ fn escaped(text: &str) -> String {
     let arrows = [("<->", "↔"), ("->", "→"), ("--", "—")];
     let text = arrows.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
     let mut out = String::with_capacity(text.len());
-    let mut rest = text.chars().peekable();
-    while let Some(c) = rest.next() {
+    let raised = |c: char| "⁰¹²³⁴⁵⁶⁷⁸⁹⁻".chars().zip("0123456789-".chars()).find(|(own, _)| *own == c);
+    for c in text.chars() {
         match c {
             '_' | '%' | '&' | '#' | '$' | '{' | '}' => {
                 out.push('\\');
                 out.push(c);
             }
             '\\' => out.push_str("\\textbackslash{}"),
-            '^' => {
-                let power: String = std::iter::from_fn(|| rest.next_if(|c| c.is_ascii_digit() || *c == '-')).collect();
-                out.push_str(&format!("\\textsuperscript{{{power}}}"));
-            }
+            '^' => out.push_str("\\textasciicircum{}"),
+            '·' => out.push_str(r"$\cdot$"),
             '±' => out.push_str(r"$\pm$"),
             '~' => out.push_str("\\textasciitilde{}"),
             '↔' => out.push_str(r"$\leftrightarrow$"),
@@ -84,7 +82,7 @@ fn escaped(text: &str) -> String {
             'Σ' => out.push_str("$\\Sigma$"),
             'Π' => out.push_str("$\\Pi$"),
             // What the language has none of outside comments.
-            _ => out.push('?'),
+            c => out.push_str(&raised(c).map_or("?".to_owned(), |(_, digit)| format!("\\textsuperscript{{{digit}}}"))),
         }
     }
     out
