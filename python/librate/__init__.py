@@ -7,13 +7,15 @@
 """
 
 from . import _native
-from ._errors import Diagnostic, Error, FileError, MissingFileError, ModelWarning, Span
+from ._errors import ArgumentError, ArgumentTypeError, Diagnostic, Error, FileError, MissingFileError, ModelWarning, Span
 from ._model import Model, explain, fmt, inertia
 from ._results import Batch, Derivation, Modes, Page, Picture, Result
 
 __version__ = _native.version()
 
 __all__ = [
+    "ArgumentError",
+    "ArgumentTypeError",
     "Batch",
     "Derivation",
     "Diagnostic",

@@ -56,8 +56,33 @@ class MissingFileError(FileError, FileNotFoundError):
     """A file that does not exist."""
 
 
+class ArgumentError(Error, ValueError):
+    """An argument that can't be used, whatever the model."""
+
+
+class ArgumentTypeError(ArgumentError, TypeError):
+    """An argument of a wrong type."""
+
+
 class ModelWarning(UserWarning):
     """Something legal, but suspicious, in a model."""
+
+
+# An option of the command line with its value, if it has one; commands and options.
+_OPTION = r"""--([a-z]{2,})(?: ('[^']*'|"[^"]*"|[^\s`-][^\s`]*))?"""
+_CALL = f"`(?:librate ([a-z]+))?(?: FILE)?((?: ?{_OPTION})*)`"
+
+
+def _call(words: re.Match) -> str:
+    """`librate motion FILE --start "x=1"` as `motion(start="x=1")`, `--lowest 3` as `lowest=3`."""
+    command, options = words[1], words[2]
+    arguments = []
+    for name, value in re.findall(_OPTION, options):
+        # Numbers and `OMEGA` stay as they are, all else is a text.
+        plain = re.fullmatch(r"[\d./]+|[A-Z]+", value)
+        shown = value if plain else '"' + value.strip("'\"") + '"'
+        arguments.append(f"{name}={shown}" if value else f"{name}=…" if command else name)
+    return f"`{command}({', '.join(arguments)})`" if command else f"`{', '.join(arguments)}`"
 
 
 def _help(message: str, help: str) -> str:
@@ -66,7 +91,7 @@ def _help(message: str, help: str) -> str:
     if table := re.fullmatch("the table `(.*)` can't be read", message):
         return f'give its text, `tables={{"{table[1]}": …}}`, or read the model with `librate.Model.open(path)`'
     help = re.sub(r"(?:on the command line: )?`?--set '?([^\s=]+)=([^\s'`]+)'?`?", r'`set={"\1": "\2"}`', help)
-    return re.sub(r"`librate (\w+)`", r"`\1()`", help)
+    return re.sub(_CALL, _call, help)
 
 
 def _diagnostics(shown: dict) -> tuple[str, list[Diagnostic]]:
@@ -75,7 +100,9 @@ def _diagnostics(shown: dict) -> tuple[str, list[Diagnostic]]:
     for told in shown["told"]:
         help = told["help"] and _help(told["message"], told["help"])
         if help != told["help"]:
-            drawn = drawn.replace(told["help"], help, 1)
+            # Long lines are broken there.
+            lines = r"\s+".join(map(re.escape, told["help"].split()))
+            drawn = re.sub(lines, lambda _: help, drawn, count=1)
         found.append(Diagnostic(**{**told, "help": help, "spans": tuple(Span(**span) for span in told["spans"])}))
     return drawn, found
 
@@ -84,10 +111,10 @@ def _error(shown: dict) -> Error:
     return Error(*_diagnostics(shown))
 
 
-def _request(message: str, help: str | None = None) -> Error:
+def _request(message: str, help: str | None = None, kind: type[Error] = Error) -> Error:
     """An error in a request that Python sees at once."""
     drawn = f"error: {message}" + (f"\nhelp: {help}" if help else "")
-    return Error(drawn, [Diagnostic("error", None, message, help)])
+    return kind(drawn, [Diagnostic("error", None, message, help)])
 
 
 def _unread(path: object, error: OSError) -> FileError:

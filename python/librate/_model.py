@@ -18,7 +18,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 
 from . import _native
-from ._errors import Diagnostic, Error, _request, _unread, _warn
+from ._errors import ArgumentError, ArgumentTypeError, Diagnostic, Error, _request, _unread, _warn
 from ._results import Batch, Derivation, Modes, Page, Picture, Result
 
 Number = str | SupportsFloat
@@ -37,25 +37,27 @@ _DIGITS = 10
 
 
 def _ask(function: Callable, *arguments: Any) -> Any:
-    """Calls the native half; an argument of a wrong type is named as it is in Python."""
+    """Calls what reads arguments; one of a wrong type is named as it is in Python."""
     try:
         return function(*arguments)
-    except OverflowError as error:
-        raise ValueError(f"a number is too large: {error}") from None
-    except TypeError as error:
-        field = re.fullmatch(r"failed to extract field \w+[.](\w+)", str(error))
-        if field is None:
-            raise
-        name, reason = field[1], error.__cause__
-        kind = ValueError if isinstance(reason, (OverflowError, ValueError)) else TypeError
-        [value] = [own[name] for own in arguments if isinstance(own, dict)]
-        raise kind(f"`{name}` can't be {value!r}: {reason}") from None
+    except Error:
+        raise
+    except (TypeError, ValueError, OverflowError) as error:
+        reason: BaseException | None = error
+        message = str(error)
+        if field := re.fullmatch(r"failed to extract field \w+[.](\w+)", message):
+            name, reason = field[1], error.__cause__
+            [value] = [own[name] for own in arguments if isinstance(own, dict)]
+            message = f"`{name}` can't be {value!r}: {reason}"
+        elif isinstance(error, OverflowError):
+            message = f"a number is too large: {error}"
+        raise _request(message, kind=ArgumentTypeError if isinstance(reason, TypeError) else ArgumentError) from None
 
 
 def _items(value: Any, example: str) -> Iterable[tuple[Any, Any]]:
     """The entries of a dict, or of a data frame."""
     if not hasattr(value, "items"):
-        raise TypeError(f"{example} is needed, not {value!r}")
+        raise _request(f"{example} is needed, not {value!r}", kind=ArgumentTypeError)
     return value.items()
 
 
@@ -70,7 +72,7 @@ def _text(value: Any) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"a number is needed, not {value!r}")
+        raise _request(f"a number is needed, not {value!r}", kind=ArgumentTypeError)
     if isinstance(value, numbers.Integral):
         return str(int(value))
     if isinstance(value, numbers.Rational):
@@ -79,7 +81,7 @@ def _text(value: Any) -> str:
         return format(value, "f")
     if isinstance(value, numbers.Real):
         return repr(float(value))
-    raise TypeError(f"a number is needed, not {value!r}")
+    raise _request(f"a number is needed, not {value!r}", kind=ArgumentTypeError)
 
 
 def _value(value: Any) -> str:
@@ -106,7 +108,7 @@ def _ends(values: Any) -> Any:
         spaced = np.linspace(values[0], values[-1], values.size)
         if np.allclose(values, spaced, rtol=0, atol=1e-12 * np.abs(values).max()):
             return values[0], values[-1], values.size
-    raise ValueError("the values of an array are not equally spaced")
+    raise ValueError
 
 
 def _range(value: Range) -> str:
@@ -121,7 +123,8 @@ def _range(value: Range) -> str:
         if len(count) > 1:
             raise ValueError
     except (TypeError, ValueError):
-        raise ValueError(f"a range is {example} or an array of equally spaced values, not {value!r}") from None
+        message = f"a range is {example} or an array of equally spaced values, not {value!r}"
+        raise _request(message, kind=ArgumentError) from None
     return ":".join([f"{name}={_text(first)}..{_text(last)}", *map(_text, count)])
 
 
@@ -133,7 +136,7 @@ def _box(value: str | Mapping[str, Iterable[Number]]) -> str:
     try:
         ranges = [(name, first, last) for name, (first, last) in items]
     except (TypeError, ValueError):
-        raise ValueError(f"a box is {example}, not {value!r}") from None
+        raise _request(f"a box is {example}, not {value!r}", kind=ArgumentError) from None
     return ", ".join(f"{name}={_text(first)}..{_text(last)}" for name, first, last in ranges)
 
 
@@ -148,10 +151,8 @@ def _table(value: Any) -> str:
     text = value.to_csv(index=False) if hasattr(value, "to_csv") else value
     if not isinstance(text, str):
         kind = type(value).__name__
-        raise TypeError(
-            f"a table is the text of a CSV file or a data frame of pandas, not of type {kind}; "
-            "Path(path).read_text() reads a file"
-        )
+        message = f"a table is the text of a CSV file or a data frame of pandas, not of type {kind}"
+        raise _request(message, "`Path(path).read_text()` reads a file", ArgumentTypeError)
     return text
 
 
@@ -210,7 +211,8 @@ class Model:
         budget: str | None = None,
     ) -> None:
         if not isinstance(text, str):
-            raise TypeError(f"a model is made from its text, not from {text!r}; Model.open(path) reads a file")
+            message = f"a model is made from its text, not from {text!r}"
+            raise _request(message, "`librate.Model.open(path)` reads a file", ArgumentTypeError)
         if text.strip().endswith(".lag") and "=" not in text:
             path = text.strip()
             raise _request(f"{path!r} is a path, not the text of a model", f"`librate.Model.open({path!r})` reads a file")
@@ -230,7 +232,7 @@ class Model:
         _check_unicode(text)
         self.text = text
         self._arguments = (name, tables, failures, settings, budget)
-        self._native = _native.Model((name, text), tables, failures, settings, budget)
+        self._native = _ask(_native.Model, (name, text), tables, failures, settings, budget)
         content = _ask(_native.check, self._native, True)
         #: From the `model` statement.
         self.name: str | None = content["name"]
@@ -255,17 +257,17 @@ class Model:
 
         What is in `tables` is not read.
         """
-        path = Path(path)
+        path = _ask(Path, path)
         try:
-            data = path.read_bytes()
+            data = _ask(path.read_bytes)
         except OSError as error:
             raise _unread(path, error) from error
         try:
             text = data.decode("utf-8")
         except UnicodeDecodeError as error:
             raise _request(f"can't read the model file `{path}`: it is not UTF-8 text ({error.reason})") from None
-        allowed = [allow_path] if isinstance(allow_path, (str, os.PathLike)) else allow_path
-        roots = [path.parent.resolve(), path.resolve().parent, *(Path(one).resolve() for one in allowed)]
+        allowed = [allow_path] if isinstance(allow_path, (str, os.PathLike)) else _ask(list, allow_path)
+        roots = [path.parent.resolve(), path.resolve().parent, *(Path(_ask(os.path.realpath, one)) for one in allowed)]
         given = _tables(tables)
         texts, failures = {}, {}
         for name in _native.Model((str(path), text), {}, {}, [], None).paths():
@@ -315,7 +317,7 @@ class Model:
         `certify` has approximate shapes, one a row, of which only the bounds are computed.
         """
         if certify is not None:
-            certify = np.ascontiguousarray(certify, dtype=float).tobytes()
+            certify = _ask(np.ascontiguousarray, certify, float).tobytes()
         arguments = dict(
             digits=digits,
             lowest=lowest,
@@ -374,7 +376,7 @@ class Model:
         """
         over = _range(over)
         arguments = dict(over=over, digits=digits, lowest=lowest, vectors=vectors, threads=threads, svg=_svg)
-        arguments |= dict(orders=list(_orders), root_locus=_root_locus)
+        arguments |= dict(orders=_ask(list, _orders), root_locus=_root_locus)
         answer = _ask(_native.sweep, self._native, arguments)
         if _svg:
             return _picture(answer)
@@ -408,7 +410,7 @@ class Model:
         Each parameter has an array with a value for each set, in SI, or one value for all; a family has a row for each
         set, or one value for all its members. Modes are in the order of rising omega squared.
         """
-        columns = {name: np.asarray(value, dtype=float) for name, value in _items(sets, "a dict of arrays")}
+        columns = {name: _ask(np.asarray, value, float) for name, value in _items(sets, "a dict of arrays")}
         count = max((len(column) for column in columns.values() if column.ndim), default=1)
         rows = []
         for name, column in columns.items():
@@ -467,8 +469,8 @@ class Model:
         """
         ranges = None
         if map is not None:
-            if isinstance(map, str) or len(map) != 2:
-                raise ValueError(f"a map has two ranges, not {map!r}")
+            if isinstance(map, str) or _ask(len, map) != 2:
+                raise _request(f"a map has two ranges, not {map!r}", kind=ArgumentError)
             ranges = (_range(map[0]), _range(map[1]))
         answer = _ask(_native.multipliers, self._native, ranges, digits, _svg)
         if _svg:
@@ -499,7 +501,7 @@ class Model:
         Its fields are called as the columns of the command line, `found["x amplitude"]` and `found["x phase"]`; `outputs`
         has them with their bounds.
         """
-        outputs = [output] if isinstance(output, str) else list(output)
+        outputs = [output] if isinstance(output, str) else _ask(list, output)
         arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads)
         answer = _ask(_native.steady_response, self._native, arguments | dict(svg=_svg, peaks=False))
         if _svg:
@@ -522,7 +524,7 @@ class Model:
         """All maxima and minima of the steady response between the ends of a range, none missed: `outputs`, each with its
         `peaks` and the pieces of the range that are `undecided`.
         """
-        outputs = [output] if isinstance(output, str) else list(output)
+        outputs = [output] if isinstance(output, str) else _ask(list, output)
         arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads)
         return _result(_ask(_native.steady_response, self._native, arguments | dict(svg=False, peaks=True)))
 
@@ -548,7 +550,7 @@ class Model:
             samples=samples,
             mode=mode,
             amplitude=_optional(amplitude),
-            at=None if at is None else [_text(one) for one in at],
+            at=None if at is None else [_text(one) for one in _ask(list, at)],
             digits=digits,
             proved=proved,
             tolerance=tolerance,
@@ -655,7 +657,7 @@ def _matrix(parts: dict[str, np.ndarray], name: str) -> Any:
 def fmt(text: str) -> str:
     """The text of a model in canonical layout."""
     if not isinstance(text, str):
-        raise TypeError(f"a text is needed, not {text!r}")
+        raise _request(f"a text is needed, not {text!r}", kind=ArgumentTypeError)
     _check_unicode(text)
     return _ask(_native.format, text)
 
@@ -664,7 +666,7 @@ def explain(code: str | None = None) -> str:
     """What an error or a warning means, with an example; without a code, the list of codes."""
     if code is None:
         return "\n".join(_native.codes())
-    page = _native.page(code)
+    page = _ask(_native.page, code)
     if page is None:
         raise _request(f"there is no code `{code}`", "`librate.explain()` lists them")
     return page

@@ -79,6 +79,12 @@ class Result(Mapping):
         return f"<pre>{html.escape(repr(self))}</pre>"
 
 
+def _bound(value: float) -> str:
+    """A bound, which has one digit, as the text has it: `5e-8`."""
+    digit, _, exponent = f"{value:.0e}".partition("e")
+    return f"{digit}e{int(exponent)}" if value and exponent else digit
+
+
 class Modes(Result):
     """Frequencies, growth and shapes about an equilibrium: one entry, or one row, a mode."""
 
@@ -133,7 +139,7 @@ class Modes(Result):
         head = "".join(f"<th>{title}</th>" for title, _ in [("mode", ""), *columns])
         rows = []
         for at in range(len(self.kind)):
-            cells = [self[name][at] for _, name in columns]
+            cells = [_bound(self[name][at]) if title == "bound" else self[name][at] for title, name in columns]
             cells = ["" if cell is None else html.escape(str(cell)) for cell in cells]
             rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in [at + 1, *cells]) + "</tr>")
         name = html.escape(self.model or "")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from ._errors import _request
 from ._results import Result
 
 if TYPE_CHECKING:
@@ -110,9 +111,9 @@ def _imaginary_unit(names: list[str]) -> str:
     for unit in _UNITS:
         if unit not in taken:
             return unit
-    raise ValueError(
-        "the model has the names i, j and I, so that exponents have no letter for the imaginary unit; leave them out: "
-        'derive(only=["mass", "stiffness"])'
+    raise _request(
+        "the model has the names i, j and I, so that exponents have no letter for the imaginary unit",
+        '`derive(only=["mass", "stiffness"])` leaves them out',
     )
 
 

@@ -249,7 +249,7 @@ def test_letters_of_the_imaginary_unit_are_names_of_a_model():
         exponents = [one["exponent"] for one in found.exponents]
         assert len(exponents) == 2 and all(sympy.simplify(mass * one**2 + stiffness) == 0 for one in exponents)
     full = librate.Model("param i = 1  param j = 2  param I = 3  coord x  T = 1/2*i*j*x'^2  V = 1/2*I*x^2")
-    with pytest.raises(ValueError, match="no letter for the imaginary unit"):
+    with pytest.raises(librate.Error, match="no letter for the imaginary unit"):
         full.derive().to_sympy()
     assert full.derive(only=["mass", "stiffness"]).to_sympy().stiffness[0] == sympy.Symbol("I")
 
@@ -323,6 +323,11 @@ def test_cell_magic():
     magic = shell.magics["cell", "librate"]
     shown = magic("pendulum", PENDULUM)
     assert shown.digits == ["3.132091953"] and shell.user_ns["pendulum"].coordinates == ["phi"]
+    derived = magic("symbolic", PENDULUM.replace("l = 1", "l"))
+    assert derived.frequencies[0]["omega_squared"] == "g/l" and shell.user_ns["symbolic"].parameters["l"] is None
+    with pytest.raises(librate.Error):
+        magic("falling", "coord x  T = x'^2  V = -x")
+    assert shell.user_ns["falling"].coordinates == ["x"]
     with pytest.raises(librate.Error) as caught:
         magic("", "coord x  T = y")
     assert caught.value._render_traceback_() == str(caught.value).splitlines()

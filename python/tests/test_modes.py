@@ -126,3 +126,5 @@ def test_models_results_and_errors_are_pickled(models):
 def test_modes_are_a_table_in_a_notebook(models):
     html = librate.Model.open(models / "three_pendulums.lag").modes()._repr_html_()
     assert html.startswith("<table>") and "3.132091953" in html and "even" in html
+    stiff = librate.Model("param k = 1e30  coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = 1/2*k*(x - y)^2").modes()
+    assert "<td>0</td><td>0</td>" in stiff._repr_html_() and "<td>5e5</td>" in stiff._repr_html_()

@@ -130,7 +130,7 @@ Error MotionError {
         reached: String,
         /// What ended it.
         reason: &'static str,
-    } => nowhere().with_help("request a shorter time; without --proved the digits are estimates"),
+    } => nowhere().with_help("request a shorter time; without `--proved` the digits are estimates"),
 
     /// A start that is only known about.
     #[error("the start is not known exactly enough for a proof")]
@@ -147,7 +147,7 @@ Error MotionError {
         coordinates: usize,
         /// The limit.
         most: usize,
-    } => nowhere().with_help("without --proved the digits are estimates"),
+    } => nowhere().with_help("without `--proved` the digits are estimates"),
 } else {
     /// What keeps the model from having an equilibrium or modes.
     #[error(transparent)]
