@@ -23,7 +23,7 @@ const HTML: Markup = Markup {
 
 const STYLE: &str = "<style>
 .librate { max-width: 60rem; counter-reset: equation; }
-.librate .formula { display: flex; align-items: center; gap: 1rem; overflow-x: auto; margin: 0.6em 0; counter-increment: equation; }
+.librate .formula { display: flex; align-items: center; gap: 1rem; overflow: auto hidden; padding: 0.5em 0; margin: 0.1em 0; counter-increment: equation; }
 .librate .formula math { flex: 1 0 auto; }
 .librate .formula::after { content: '(' counter(equation) ')'; }
 </style>
