@@ -30,7 +30,7 @@ pub(crate) fn families() -> Vec<(&'static str, &'static str)> {
 pub(crate) fn text(own: &LargeReport, plan: &Plan) -> String {
     let report = &own.report;
     let mut out = format!(
-        "{TITLE}\nThe lowest modes of the models of [`models/large`](../models/large), frequencies alone. librate starts from the text of the model, \
+        "{TITLE}\nThe lowest modes of the models of `models/large`, frequencies alone. librate starts from the text of the model, \
          in a process of its own, and ends with modes that have bounds and of which none is missing; the peers are given M and K in \
          sparse form, as one would have them from a program written by hand.\n\n\
          ![Time and error against n](speed-and-error/large.svg)\n\n",
