@@ -1,13 +1,16 @@
 //! Every block of the language guide is a model that runs, and what the README shows is what comes.
 #![cfg(feature = "cli")]
 
+use std::collections::BTreeSet;
+
 use crate::cli_support;
 
 use cli_support::*;
 use librate::linearize::linearize;
-use librate::model::{Settings, TableTexts, elaborate};
+use librate::model::{Settings, TableTexts, elaborate, unit_names};
 use librate::modes::Options;
 use librate::oscillation::{NormalMode, normal_modes};
+use librate::syntax::{FUNCTIONS, STATEMENT_WORDS};
 
 #[test]
 fn blocks_of_the_guide_run() {
@@ -25,6 +28,30 @@ fn blocks_of_the_guide_run() {
         let moves = |mode: &NormalMode| mode.omega.mid_f64() > 0.0 || turns && mode.kind == librate::modes::Kind::Zero;
         assert!(normal.modes.iter().all(moves), "{block}");
     }
+}
+
+/// Statements, functions, constants and units of the program are those of the guide.
+#[test]
+fn the_guide_has_all_words_of_the_language() {
+    let guide = std::fs::read_to_string("docs/language.md").unwrap();
+    let words = |chapter: &str| -> BTreeSet<String> {
+        let (_, rest) = guide.split_once(&format!("\n## {chapter}\n")).unwrap();
+        let text = rest.split("\n## ").next().unwrap();
+        let code = text.split('`').skip(1).step_by(2);
+        let names = code.flat_map(|code| code.split(|c: char| !c.is_alphanumeric() && c != '_'));
+        names.map(str::to_owned).collect()
+    };
+    let has = |chapter: &str, names: &mut dyn Iterator<Item = &'static str>| {
+        let words = words(chapter);
+        let missing: Vec<_> = names.filter(|own| !words.contains(*own)).collect();
+        assert!(missing.is_empty(), "{chapter}: {missing:?}");
+    };
+    has("Statements", &mut STATEMENT_WORDS.into_iter());
+    has(
+        "Expressions",
+        &mut FUNCTIONS.into_iter().chain(["sum", "integral", "rows", "and", "or", "not", "where", "in"]),
+    );
+    has("Units", &mut unit_names());
 }
 
 /// The models of docs/matrices.md with the tables above them, and their exponents: growth and frequency.
