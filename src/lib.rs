@@ -236,7 +236,7 @@ pub mod motion {
 /// The period at finite amplitude. In full: [`librate_studies::period`].
 #[cfg(feature = "engine")]
 pub mod period {
-    pub use librate_studies::period::{Motion, Options, Oscillator, Period, PeriodError, Place, Request, curve};
+    pub use librate_studies::period::{Motion, Options, Oscillator, Period, PeriodError, Place, Request, curve, place};
 }
 
 /// How frequencies begin to change with the amplitude. In full: [`librate_studies::amplitude`].
@@ -275,6 +275,12 @@ pub mod sweep {
 #[cfg(feature = "engine")]
 pub mod tracking {
     pub use librate_studies::tracking::branches;
+}
+
+/// More places where curves bend. In full: [`librate_studies::refine`].
+#[cfg(feature = "engine")]
+pub mod refine {
+    pub use librate_studies::refine::{finest, refined};
 }
 
 /// Modes over a grid of one or two parameters. In full: [`librate_studies::grid`].

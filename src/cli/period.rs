@@ -3,6 +3,7 @@
 use librate::diagnostic::Diagnostic;
 use librate::model::{ModelError, Range};
 use librate::period::{self, Options, Oscillator, Place, Request};
+use librate::refine;
 use librate::report::{self, Remarks};
 
 use super::args;
@@ -53,7 +54,10 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             }
         }
         Wish::Curve(range) => {
-            let work = || Ok(period::curve(&oscillator, &range, &options)?.collect::<Vec<Place>>());
+            let work = || match args.model.drawn {
+                true => refined(&oscillator, &range, &options),
+                false => Ok(period::curve(&oscillator, &range, &options)?.collect::<Vec<Place>>()),
+            };
             let places = during(&args.model, "integrating the periods over the range", work);
             let places = places.map_err(|error: ModelError| wrong_value(&error))?;
             let mut remarks = Remarks::new(range.name());
@@ -74,4 +78,13 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
         }
     };
     Ok(Answer::new(text, Some((source, warnings))))
+}
+
+/// With places between where the curve bends.
+fn refined(oscillator: &Oscillator, range: &Range, options: &Options) -> Result<Vec<Place>, ModelError> {
+    let (finest, step) = refine::finest(range);
+    let row = |place: &Place| vec![place.result.as_ref().map_or(f64::NAN, |own| own.period.mid_f64())];
+    refine::refined(range.len(), step, row, |places| {
+        places.iter().map(|at| period::place(oscillator, &finest, *at, options)).collect()
+    })
 }

@@ -3,12 +3,15 @@
 use clap::Args;
 use librate::diagnostic::Diagnostic;
 use librate::model::Range;
+use librate::refine;
 use librate::report::{self, ResponseLines};
-use librate::response::{Peaks, Request, ResponseError, Study};
+use librate::response::{Peaks, Request, ResponseError, Study, Value};
 
 use super::args::{DOUBLE_DOUBLE_DIGITS, ModelArgs, digits, positive};
 use super::threads::{all, in_order};
 use super::{Answer, Failure, Loaded, Size, failed, load_values, wrong_request};
+
+const WHAT: &str = "computing the response over the range";
 
 /// So many frequencies are worked on at a time.
 const BLOCK: usize = 64;
@@ -64,23 +67,24 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
     }
     let mut response = study.response([]);
     let mut table = report::response_header(&response);
-    if !args.peaks || args.model.drawn {
+    if args.model.drawn {
+        let all = drawn(args, study, |error| fails(error, &warnings))?;
+        all.into_iter().for_each(|(place, values)| response.push(place, values));
+    } else if !args.peaks {
         let count = study.len();
         let block = |block: usize| {
             let places = block * BLOCK..count.min((block + 1) * BLOCK);
-            if !(args.model.drawn || args.json) {
+            if !args.json {
                 return report::response_lines(&study, places, args.digits);
             }
-            // These have all digits of a double.
-            let remarkable = places.map(|at| study.values(at).map(|values| (study.place(at), values)));
-            let remarkable = remarkable.collect::<Result<_, _>>()?;
+            let remarkable = places.clone().map(|at| study.place(at)).zip(study.all_values(places)?).collect();
             Ok(ResponseLines { remarkable, ..Default::default() })
         };
         let blocks = count.div_ceil(BLOCK);
         in_order(
             args.threads,
             blocks,
-            "computing the response over the range",
+            WHAT,
             || block,
             |found| {
                 let found = found.map_err(|error| fails(error, &warnings))?;
@@ -99,4 +103,34 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         (false, false, false) => table,
     };
     Ok(Answer::new(text, Some((source, warnings))))
+}
+
+/// With places between where curves bend.
+fn drawn(
+    args: &ResponseArgs,
+    study: Study,
+    fails: impl Fn(ResponseError) -> Failure,
+) -> Result<Vec<(f64, Vec<Value>)>, Failure> {
+    let (count, (finest, step)) = (study.len(), refine::finest(study.range()));
+    let study = study.over(finest);
+    // Logarithms, so that flanks of peaks are as smooth as what is low.
+    let row = |(_, values): &(f64, Vec<Value>)| {
+        let shown = values.iter().take(report::MOST_RESPONSES);
+        shown.flat_map(|own| [own.amplitude().ln(), own.phase()]).collect()
+    };
+    let found = refine::refined(count, step, row, |places| {
+        let worker = || {
+            |at: usize| {
+                let mut values = study.all_values(places[at]..places[at] + 1)?;
+                Ok::<_, ResponseError>((study.place(places[at]), values.pop().unwrap_or_default()))
+            }
+        };
+        let found = all(args.threads, places.len(), WHAT, worker, || Ok(()))?;
+        found.into_iter().map(|own| own.map_err(&fails)).collect::<Result<Vec<_>, _>>()
+    });
+    // Curves go to the right.
+    found.map(|mut found| {
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found
+    })
 }

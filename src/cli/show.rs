@@ -1,7 +1,7 @@
 //! `librate show`: a page with the modes in motion.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
@@ -9,27 +9,50 @@ use librate::grid::{Grid, Nodes};
 use librate::linearize::Linearized;
 use librate::model::{Model, Range};
 use librate::oscillation::NormalModes;
-use librate::report::{self, Shown};
+use librate::report::{self, Shown, Style};
 use librate::{figure, modes};
 
 use super::input::Source;
-use super::output::write_file;
+use super::output::{visible, write_file};
 use super::threads::all;
 use super::{Answer, Failure, Loaded, Made, Size, args, during, failed, load, range, solved, wrong_request};
 use serde_json::Value;
 
 /// Loads the page again once there is another one.
 const LIVE: &str = "\
+<pre id=\"fault\" role=\"alert\" hidden></pre>
 <script>setInterval(() => {
   const script = document.createElement('script');
   script.src = encodeURIComponent(\"NAME\") + '?' + Date.now();
-  script.onload = () => { script.remove(); if (window.librateSaved !== 'VERSION') location.reload(); };
+  script.onload = () => {
+    script.remove();
+    const fault = document.getElementById('fault');
+    fault.textContent = window.librateFault || '';
+    fault.hidden = !window.librateFault;
+    if (!window.librateFault && window.librateSaved !== 'VERSION') location.reload();
+  };
   script.onerror = () => script.remove();
   document.head.append(script);
 }, 1000);</script>
 ";
 
 pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
+    let answer = page(args);
+    if let (Err(Failure::Model(source, all)), Some(file)) = (&answer, args.output.as_ref().filter(|_| args.live)) {
+        // The page is still that of the last model without errors.
+        if file.exists() {
+            let told = report::diagnostics_text(&source.name, &source.text, all, &Style::default());
+            write_beside(
+                file,
+                &format!("window.librateFault = {};\n", Value::from(&*visible(&told, false))),
+                &mut source.clone(),
+            )?;
+        }
+    }
+    answer
+}
+
+fn page(args: &args::Show) -> Result<Answer, Failure> {
     let Loaded { mut source, made, model, mut warnings } =
         load(&args.model, if args.lowest.is_some() { Size::Any } else { Size::Dense })?;
     let shown = args.lowest.unwrap_or(model.coordinates.len());
@@ -55,6 +78,10 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
         };
         let told = Diagnostic::remark(format!("{what} no place at the equilibrium, and is left out"));
         warnings.push(told.with_help("its value there is no number"));
+    }
+    if let Some(own) = figure.as_ref().filter(|own| !own.still.is_empty() && linearized.model().drawing.is_none()) {
+        let told = Diagnostic::remark(report::still_words(own));
+        warnings.push(told.with_help("`draw` says what is to be drawn: `draw point [x, 0]`"));
     }
     // Last, as it may take up all of a budget; where it fails it is left out.
     let derivation = during(&args.model, "deriving", || derive::derive(&model, &Parts::all()).ok());
@@ -94,17 +121,26 @@ fn grid(args: &args::Show, source: &Source, nodes: Nodes, own: (&Linearized, &No
     Ok(nodes.followed(&places, own))
 }
 
-/// A page from a file may load scripts alone: one beside it says which page is the newest.
+/// A page from a file may load scripts alone: one beside it says which page is the newest, and what is wrong with the model now.
 fn make_live(file: &Path, page: &mut String, source: &mut Source) -> Result<(), Failure> {
     let mut hasher = DefaultHasher::new();
     page.hash(&mut hasher);
     let version = hasher.finish().to_string();
-    let mut beside = file.as_os_str().to_owned();
-    beside.push(".js");
-    let name = Path::new(&beside).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let name = beside(file).file_name().unwrap_or_default().to_string_lossy().into_owned();
     let script = LIVE.replace("VERSION", &version).replace("\"NAME\"", &Value::from(name).to_string());
     if let Some(at) = page.rfind("</body>") {
         page.insert_str(at, &script);
     }
-    write_file(Path::new(&beside), &format!("window.librateSaved = \"{version}\";\n"), source)
+    write_beside(file, &format!("window.librateSaved = \"{version}\";\nwindow.librateFault = null;\n"), source)
+}
+
+/// `page.html.js`
+fn beside(file: &Path) -> PathBuf {
+    let mut beside = file.as_os_str().to_owned();
+    beside.push(".js");
+    PathBuf::from(beside)
+}
+
+fn write_beside(file: &Path, script: &str, source: &mut Source) -> Result<(), Failure> {
+    write_file(&beside(file), script, source)
 }

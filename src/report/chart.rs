@@ -85,7 +85,8 @@ pub fn chart_svg(chart: &Chart, rows: &[Vec<Place>]) -> String {
     let mut panel = Panel::new(axis(0, &first, across), axis(1, &second, up), Vec::new());
     let undecided = rows.iter().flatten().any(|place| place.stable.is_none());
     panel.cells = cells;
-    let description = "White is stable; the darker a place, the faster the motion grows there.".to_owned();
+    let description =
+        "Places without a shade are stable; the stronger the shade, the faster the motion grows there.".to_owned();
     let mut picture = Picture::single("Stability chart", description, panel);
     picture.size = [600.0, 600.0];
     picture.legend.push((Sample::Cell(Some(0.0)), "stable".to_owned()));

@@ -29,9 +29,16 @@ pub(super) fn equilibria_count(equilibria: usize) -> String {
 pub fn equilibria_text(model: &Model, found: &Found, style: &Style) -> String {
     let all = &found.equilibria;
     let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), model.coordinates.len()));
-    let count = equilibria_count(all.len());
-    let whether = completeness(found.complete, all.is_empty(), style);
-    let _ = writeln!(out, "\n\n{count} in the box, {whether}");
+    let families = all.iter().filter(|own| own.isolated == Some(false)).count();
+    let count = match families {
+        1 if found.decided && all.len() == 1 => "1 family of equilibria in the box".to_owned(),
+        2.. if found.decided && families == all.len() => format!("{families} families of equilibria in the box"),
+        1.. if found.decided => format!("{} in the box, one of each family", equilibria_count(all.len())),
+        _ => format!("{} in the box", equilibria_count(all.len())),
+    };
+    let is_all = found.complete || found.decided && families > 0;
+    let whether = completeness(is_all, all.is_empty(), style);
+    let _ = writeln!(out, "\n\n{count}, {whether}");
     if all.is_empty() {
         return out;
     }

@@ -58,10 +58,11 @@ pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
 pub use plain::derive_text;
 pub use response::{
-    ResponseLines, peaks_csv, peaks_json, response_csv, response_header, response_json, response_lines, response_svg,
+    MOST_RESPONSES, ResponseLines, peaks_csv, peaks_json, response_csv, response_header, response_json, response_lines,
+    response_svg,
 };
 pub use sensitivity::{sensitivity_json, sensitivity_text};
-pub use show::{MOST_MODES, Shown, show_html};
+pub use show::{MOST_MODES, Shown, show_html, still_words};
 pub use sweep::{SweepColumns, SweepCsv, SweepKept, SweepRow, sweep_json};
 pub use typst::derive_typst;
 
@@ -72,6 +73,7 @@ use librate_core::model::Coordinate;
 use librate_core::modes::Kind;
 use librate_core::modes::exponents::Limit;
 use librate_core::number::Number;
+use librate_core::order::Gather;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{
     Ball, Big, Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text,
@@ -337,6 +339,12 @@ fn shown_unit(coordinate: Coordinate<'_>) -> Option<&str> {
 fn common<'a>(mut units: impl Iterator<Item = Option<&'a str>>) -> Option<&'a str> {
     let first = units.next()??;
     units.all(|other| other == Some(first)).then_some(first)
+}
+
+/// The units that there are: `m, rad`; none where one of them has none.
+fn units<'a>(units: impl Iterator<Item = Option<&'a str>>) -> Option<String> {
+    let all = units.collect::<Option<Vec<&str>>>()?.into_iter().distinct();
+    (!all.is_empty()).then(|| all.join(", "))
 }
 
 /// `omega (rad/s)`

@@ -18,16 +18,16 @@ const MOST_NAMED: usize = 16;
 
 /// `omega = 3.132 rad/s, even`
 pub(super) fn caption(mode: &NormalMode, number: usize, has_units: bool) -> String {
-    let rate = if has_units { " rad/s" } else { "" };
+    let [rate, exponent] = if has_units { [" rad/s", " 1/s"] } else { ["", ""] };
     let short = |value| Written::new(value, 5).text();
     let mut text = match mode.kind {
         Kind::Zero => format!("{number}: zero mode"),
         Kind::Oscillation => format!("{number}: ω = {}{rate}", short(&mode.omega)),
         Kind::Damped | Kind::Undecided => {
-            format!("{number}: ω = {}{rate}, growth {}", short(&mode.omega), short(&mode.growth))
+            format!("{number}: ω = {}{rate}, growth {}{exponent}", short(&mode.omega), short(&mode.growth))
         }
-        Kind::Overdamped => format!("{number}: overdamped, {}", short(&mode.growth)),
-        Kind::Unstable => format!("{number}: unstable, growth {}", short(&mode.growth)),
+        Kind::Overdamped => format!("{number}: overdamped, {}{exponent}", short(&mode.growth)),
+        Kind::Unstable => format!("{number}: unstable, growth {}{exponent}", short(&mode.growth)),
     };
     if let Some(class) = &mode.symmetry {
         text.push_str(&format!(", {class}"));
@@ -97,7 +97,7 @@ pub fn spectrum_svg(linearized: &Linearized, modes: &NormalModes) -> String {
     let panel = |label: &str, up: &str, colour, value: &dyn Fn(&NormalMode) -> f64| {
         let points: Vec<[f64; 2]> = places.iter().zip(&modes.modes).map(|(at, mode)| [*at, value(mode)]).collect();
         let axis = |label: &str, at: usize| Axis::over(label, points.iter().map(|point| point[at]).chain([0.0]), 0.04);
-        let (across, up) = (axis(label, 0), axis(up, 1));
+        let (across, up) = (axis(label, 0).whole(), axis(up, 1));
         let curve = |stroke| Curve { name: String::new(), colour, stroke, points: points.clone() };
         let own = [Stroke::Stems, Stroke::Dots].map(curve);
         // Stems of many modes, or of many of one wave number, would only hide each other.

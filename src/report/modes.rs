@@ -25,6 +25,8 @@ const ROUGH_DIGITS: usize = 2;
 const VAGUE_SHARE: f64 = 5e-4;
 /// Characters of a shape.
 const MOST_HEIGHTS: usize = 30;
+/// Parts of a shape that are smaller a quarter of a period later than this part of the largest are not seen.
+const COMMON_PHASE: f64 = 0.05;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
 /// Of more components than these that print alike, the largest are shown.
@@ -115,6 +117,38 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     }
     out.push_str(&remarks);
     out
+}
+
+/// What a page has beside the exponents of the modes.
+pub(super) struct Beside {
+    pub(super) bounds: Vec<String>,
+    /// Empty without units.
+    pub(super) hertz: Vec<String>,
+    /// What the zero modes are; empty where there is more than one answer, or none.
+    pub(super) motions: Vec<String>,
+    /// What is said of several modes.
+    pub(super) remarks: Vec<String>,
+}
+
+impl Beside {
+    pub(super) fn new(linearized: &Linearized, modes: &NormalModes, options: &Options) -> Self {
+        let unit = linearized.model().has_units.then_some(FrequencyUnit::Hertz);
+        let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, unit)).collect();
+        let motions = zero_motions(modes, linearized.mode_count());
+        let style = Style { width: usize::from(u16::MAX), ..Style::default() };
+        let remarks = remarks(modes, &rows, &motions, options, &style);
+        let motion = |mode: &NormalMode| match (mode.kind, &motions[..]) {
+            (Kind::Zero, [only]) => (*only).to_owned(),
+            _ => String::new(),
+        };
+        let motions: Vec<String> = modes.modes.iter().map(motion).collect();
+        Self {
+            bounds: rows.iter().map(Row::bound).collect(),
+            hertz: unit.map_or_else(Vec::new, |_| rows.iter().map(|row| row.hertz.clone()).collect()),
+            motions: if motions.iter().all(String::is_empty) { Vec::new() } else { motions },
+            remarks: remarks.lines().filter(|line| !line.is_empty()).map(str::to_owned).collect(),
+        }
+    }
 }
 
 pub(super) fn stability_tone(stability: Stability) -> Tone {
@@ -356,10 +390,9 @@ fn shape(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<
 }
 
 fn by_name(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<Column>> {
-    let mut columns = Vec::new();
-    if modes.iter().all(|mode| mode.imaginary.is_empty()) {
-        columns.push(Column::words("shape", modes.iter().map(sparkline).collect()));
-    }
+    let shapes: Vec<String> = modes.iter().map(sparkline).collect();
+    let heading = if shapes.iter().any(|own| own.contains(' ')) { "shape, and a quarter later" } else { "shape" };
+    let mut columns = vec![Column::words(heading, shapes)];
     let left = room.saturating_sub(columns.iter().map(Column::width).sum());
     columns.push(largest_of(modes, names, left));
     (left >= LEAST_SHAPE).then_some(columns)
@@ -372,11 +405,26 @@ fn largest_of(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Column
 }
 
 /// A shape by the heights of characters, the coordinates in their order: half height for 0. Of more coordinates than there are characters
-/// the largest of those side by side.
+/// the largest of those side by side. Where coordinates do not move in phase, those a quarter of a period later follow.
 fn sparkline(mode: &NormalMode) -> String {
+    let sizes: Vec<f64> = (0..mode.vector.len()).map(|at| modulus(mode, at)).collect();
+    let top = sizes.iter().copied().fold(0.0, f64::max);
+    if mode.imaginary.is_empty() {
+        return heights(&mode.vector, top);
+    }
+    // From where the first of the largest is farthest.
+    let Some(first) = sizes.iter().position(|size| *size >= (1.0 - 1e-6) * top) else { return String::new() };
+    let [c, s] = [mode.vector[first] / sizes[first], mode.imaginary[first] / sizes[first]];
+    let parts = mode.vector.iter().zip(&mode.imaginary);
+    let now: Vec<f64> = parts.clone().map(|(re, im)| c * re + s * im).collect();
+    let later: Vec<f64> = parts.map(|(re, im)| s * re - c * im).collect();
+    let is_common = later.iter().all(|own| own.abs() <= COMMON_PHASE * top);
+    if is_common { heights(&now, top) } else { format!("{} {}", heights(&now, top), heights(&later, top)) }
+}
+
+fn heights(parts: &[f64], top: f64) -> String {
     const HEIGHTS: [char; 9] = ['▁', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
-    let top = mode.vector.iter().fold(0.0_f64, |top, own| top.max(own.abs()));
-    let each = mode.vector.len().div_ceil(MOST_HEIGHTS).max(1);
+    let each = parts.len().div_ceil(MOST_HEIGHTS).max(1);
     let largest = |own: &[f64]| own.iter().copied().fold(0.0, |top: f64, x| if x.abs() > top.abs() { x } else { top });
     let height = |own: &[f64]| {
         let share = largest(own) / top;
@@ -384,7 +432,7 @@ fn sparkline(mode: &NormalMode) -> String {
         let steps = (4.0 * share.abs() + 0.5 - 1e-6).floor().clamp(0.0, 4.0) as usize;
         HEIGHTS[if share < 0.0 { 4 - steps } else { 4 + steps }]
     };
-    mode.vector.chunks(each).map(height).collect()
+    parts.chunks(each).map(height).collect()
 }
 
 /// The power of ten that is written once over a column: normalised shapes of molecules are of the

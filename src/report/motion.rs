@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::json::{Object, array, error_bound, middles, null, number, record, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use super::{common, counted, csv_text, shown_unit, with_unit};
+use super::{counted, csv_text, shown_unit, units, with_unit};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, decimal, one_digit_up_text};
 use librate_studies::motion::{Start, Trajectory};
@@ -206,5 +206,5 @@ fn common_label(model: &Model, shown: usize) -> String {
         Some(only) if shown == 1 => only.name(),
         _ => "coordinates".to_owned(),
     };
-    with_unit(&what, common(model.coordinates.iter().take(shown).map(shown_unit)))
+    with_unit(&what, units(model.coordinates.iter().take(shown).map(shown_unit)).as_deref())
 }

@@ -1,6 +1,6 @@
 //! The curve of a period, as SVG.
 
-use super::picture::{Axis, Curve, Panel, Picture, Stroke};
+use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{shown_unit, with_unit};
 use librate_core::model::{Model, Range};
 use librate_core::precision::Ball;
@@ -49,5 +49,5 @@ pub fn period_svg(model: &Model, range: &Range, places: &[Place]) -> String {
         "The period over the {}; the curve ends where no motion is periodic, and at a separatrix.",
         range.name()
     );
-    Picture::single("Period", description, Panel::new(across, up, curves)).svg()
+    Picture::single(titled("Period", model.name.as_deref()), description, Panel::new(across, up, curves)).svg()
 }

@@ -14,7 +14,7 @@ const STYLE: &str = "\
 .librate-plot .paper{fill:#fcfcfa}.librate-plot text{fill:#282c34}.librate-plot .small{font-size:11.5px}.librate-plot .title{font-size:15px;font-weight:bold}\
 .librate-plot .grid{stroke:#dededa;fill:none}.librate-plot .frame{stroke:#8a8f98;fill:none}.librate-plot .zero{stroke:#8a8f98;fill:none}\
 .librate-plot .line{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}\
-.librate-plot .dashed{stroke-dasharray:6 4}.librate-plot .thin{stroke-width:1;stroke-opacity:.6}\
+.librate-plot .dashed{stroke-dasharray:6 4}.librate-plot .dotted{stroke-dasharray:2 4}.librate-plot .thin{stroke-width:1;stroke-opacity:.6}\
 .librate-plot .dot{fill:currentColor}.librate-plot .ring{fill:none;stroke:currentColor;stroke-width:1.5}\
 .librate-plot .c0{color:#0072b2}.librate-plot .c1{color:#d55e00}.librate-plot .c2{color:#009e73}.librate-plot .c3{color:#cc79a7}\
 .librate-plot .c4{color:#56b4e9}.librate-plot .c5{color:#e69f00}.librate-plot .c6{color:#785e3c}.librate-plot .c7{color:#5a5a5a}.librate-plot .unknown{color:#9a9a9a}.librate-plot .cell{shape-rendering:crispEdges}\
@@ -26,6 +26,9 @@ const MARGIN: f64 = 14.0;
 /// Left of a panel for the numbers of its axis, and below.
 const LEFT: f64 = 66.0;
 const BELOW: f64 = 46.0;
+/// Between numbers of an upright axis, and the width of a digit there.
+const EACH_UP: f64 = 42.0;
+const DIGIT: f64 = 6.5;
 /// Of a line of text.
 const LINE: f64 = 20.0;
 /// Centres a text.
@@ -42,8 +45,13 @@ pub(super) struct Axis {
 }
 
 /// What stands along an axis.
+#[derive(PartialEq)]
 enum Ticks {
     Numbers,
+    /// Whole numbers alone.
+    Whole,
+    /// Powers of ten, the axis a logarithmic one.
+    Powers,
     /// At 1, 2, …
     Names(Vec<String>),
     None,
@@ -65,6 +73,17 @@ impl Axis {
         Self { label: label.into(), low, high, ticks: Ticks::Numbers }
     }
 
+    /// With whole numbers alone.
+    pub(super) fn whole(self) -> Self {
+        Self { ticks: Ticks::Whole, ..self }
+    }
+
+    /// A logarithmic one over positive values.
+    pub(super) fn powers(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
+        let own = Self::over(label, values.map(f64::log10), 0.05);
+        Self { low: 10_f64.powf(own.low), high: 10_f64.powf(own.high), ticks: Ticks::Powers, ..own }
+    }
+
     /// With a name at each of 1, 2, …
     pub(super) fn names(label: impl Into<String>, names: Vec<String>) -> Self {
         Self { label: label.into(), low: 0.4, high: names.len() as f64 + 0.6, ticks: Ticks::Names(names) }
@@ -76,7 +95,10 @@ impl Axis {
     }
 
     fn share(&self, value: f64) -> f64 {
-        (value - self.low) / (self.high - self.low)
+        match self.ticks {
+            Ticks::Powers => (value / self.low).ln() / (self.high / self.low).ln(),
+            _ => (value - self.low) / (self.high - self.low),
+        }
     }
 
     /// Places with what stands there, and the power of ten that all numbers are to be multiplied by.
@@ -88,12 +110,19 @@ impl Axis {
                 let shown = names.iter().enumerate().step_by(step);
                 (shown.map(|(at, name)| (at as f64 + 1.0, name.clone())).collect(), 0)
             }
-            Ticks::Numbers => self.numbers(most),
+            Ticks::Powers => {
+                let [first, last] = [power_of_ten(self.low) + 1, power_of_ten(self.high)];
+                let step = (usize::try_from(last - first).unwrap_or(0) / most.max(1) + 1).max(1);
+                let power = |n: i32| Some((ten_to(n), format!("10{}", superscript(&n.to_string())?)));
+                ((first..=last).step_by(step).filter_map(power).collect(), 0)
+            }
+            Ticks::Numbers | Ticks::Whole => self.numbers(most),
         }
     }
 
     fn numbers(&self, most: usize) -> (Vec<(f64, String)>, i32) {
-        let rough = (self.high - self.low) / most.max(1) as f64;
+        let least = if self.ticks == Ticks::Whole { 1.0 } else { 0.0 };
+        let rough = ((self.high - self.low) / most.max(1) as f64).max(least);
         let tens = power_of_ten(rough);
         // 1, 2, 5 or 10 of that power; numbers are whole multiples, which print exactly.
         let unit = ten_to(tens);
@@ -238,7 +267,12 @@ impl Picture {
         let [width, height] = self.size;
         let is_titled = self.panels.iter().any(|panel| !panel.title.is_empty());
         let is_numbered = |axis: &Axis| !matches!(axis.ticks, Ticks::None) || !axis.label.is_empty();
-        let left = if self.panels.iter().any(|panel| is_numbered(&panel.y)) { LEFT } else { MARGIN };
+        let ticks = |panel: &Panel| panel.y.marks(ticks_in(height, EACH_UP)).0;
+        let longest = self.panels.iter().flat_map(ticks).map(|(_, text)| text.width()).max().unwrap_or(0);
+        let left = match self.panels.iter().any(|panel| is_numbered(&panel.y)) {
+            true => LEFT.max(32.0 + DIGIT * longest as f64),
+            false => MARGIN,
+        };
         let below = if self.panels.iter().any(|panel| is_numbered(&panel.x)) { BELOW } else { MARGIN };
         let above = if is_titled { LINE } else { 0.0 };
         let columns = self.columns.clamp(1, self.panels.len().max(1));
@@ -253,7 +287,7 @@ impl Picture {
         self.open(&mut out, [total, deep]);
         for (at, panel) in self.panels.iter().enumerate() {
             let [x, y] = [(at % columns) as f64 * across + left, top + (at / columns) as f64 * down + above];
-            draw(&mut out, panel, [x, y], self.size);
+            draw(&mut out, panel, [x, y, left], self.size);
         }
         let x = columns as f64 * across + MARGIN;
         for (at, (sample, name)) in legend.iter().enumerate() {
@@ -331,8 +365,14 @@ fn shortest(value: f64, decimals: usize) -> String {
     if text == "-0" { "0" } else { text }.to_owned()
 }
 
-/// A panel whose upper left corner between the axes is at a place.
-fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]: [f64; 2]) {
+/// So many numbers and names find room along an axis.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths on a page")]
+fn ticks_in(length: f64, each: f64) -> usize {
+    ((length / each) as usize).max(2)
+}
+
+/// A panel whose upper left corner between the axes is at a place, with so much room on its left.
+fn draw(out: &mut String, panel: &Panel, [left, top, beside]: [f64; 3], [width, height]: [f64; 2]) {
     let (x, y) = (&panel.x, &panel.y);
     if !panel.title.is_empty() {
         put_text(out, [left, top - 6.0], "", &panel.title);
@@ -340,12 +380,10 @@ fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]:
     // So many that names and numbers stand apart.
     let longest = match &x.ticks {
         Ticks::Names(names) => names.iter().map(|name| name.width()).max().unwrap_or(1),
-        Ticks::Numbers | Ticks::None => 8,
+        Ticks::Numbers | Ticks::Whole | Ticks::Powers | Ticks::None => 8,
     };
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths on a page")]
-    let most = |length: f64, each: f64| ((length / each) as usize).max(2);
-    let (across, x_scale) = x.marks(most(width, 9.0 * (longest as f64 + 1.0)));
-    let (up, y_scale) = y.marks(most(height, 42.0));
+    let (across, x_scale) = x.marks(ticks_in(width, 9.0 * (longest as f64 + 1.0)));
+    let (up, y_scale) = y.marks(ticks_in(height, EACH_UP));
     let bottom = top + height;
     let _ = writeln!(out, "<g class=\"small\">");
     for (value, text) in &across {
@@ -365,7 +403,7 @@ fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]:
         put_text(out, [middle, bottom + 36.0], MIDDLE, &format!("{}{}", x.label, scaled(x_scale)));
     }
     if !y.label.is_empty() {
-        let corner = [left - LEFT + 16.0, half];
+        let corner = [left - beside + 16.0, half];
         let turned = format!("{MIDDLE} transform=\"rotate(-90 {})\"", corner.map(place).join(" "));
         put_text(out, corner, &turned, &format!("{}{}", y.label, scaled(y_scale)));
     }
@@ -418,6 +456,9 @@ fn draw_curve(out: &mut String, curve: &Curve, on_page: &dyn Fn([f64; 2]) -> [f6
     for piece in pieces.filter(|piece| !piece.is_empty()) {
         let points: Vec<[f64; 2]> = piece.iter().copied().map(on_page).collect();
         let (class, is_point) = match curve.stroke {
+            // Colours come again, with another stroke.
+            Stroke::Solid if curve.colour / COLOURS % 2 == 1 => ("line dashed", false),
+            Stroke::Dashed if curve.colour / COLOURS % 2 == 1 => ("line dotted", false),
             Stroke::Solid | Stroke::Stems => ("line", false),
             Stroke::Dashed => ("line dashed", false),
             Stroke::Thin => ("line thin", false),

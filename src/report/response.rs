@@ -2,10 +2,10 @@
 
 use super::json::{Object, array, error_bound, lines, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use super::{Written, common, csv_text, with_unit};
+use super::{Written, csv_text, units, with_unit};
 use librate_core::order::Order;
 use librate_core::precision::{Ball, push_decimal, quick_decimal};
-use librate_studies::response::{Peak, PeakKind, Peaks, Response, ResponseError, Study, Value};
+use librate_studies::response::{Output, Peak, PeakKind, Peaks, Response, ResponseError, Study, Value};
 use std::ops::Range;
 
 /// A number for a cell: all digits, or those that are certain.
@@ -191,18 +191,22 @@ pub fn response_json(response: &Response) -> String {
     written(object, response, lines(outputs))
 }
 
-/// An amplitude of more than so many times the median one, and of all finite peaks, leaves the picture, as all do near a resonance without
-/// damping.
+/// Amplitudes of more than so many times the median one have a logarithmic axis where friction limits them; without friction they leave
+/// the picture, as all do near a resonance.
 const TALLEST: f64 = 25.0;
+/// A logarithmic axis shows no more powers of ten below the largest amplitude.
+const DEEPEST: i32 = 7;
+/// The median is one of so many places.
+const EVEN: usize = 200;
 /// More curves than this tell nobody anything.
-const MOST_CURVES: usize = 10;
+pub const MOST_RESPONSES: usize = 10;
 
 /// Amplitude and phase over the frequency as an SVG picture, one below the other, of many outputs the first ten; rings mark finite peaks.
 #[must_use]
 pub fn response_svg(response: &Response, peaks: &[Peaks]) -> String {
-    let shown = response.outputs.iter().take(MOST_CURVES);
+    let shown = response.outputs.iter().take(MOST_RESPONSES);
     let curves = |pick: fn(&Value) -> f64, jump: f64| -> Vec<Curve> {
-        let one = |(colour, output): (usize, &librate_studies::response::Output)| {
+        let one = |(colour, output): (usize, &Output)| {
             let mut points: Vec<[f64; 2]> = Vec::new();
             for (place, value) in response.places.iter().zip(&output.values) {
                 let size = pick(value);
@@ -219,28 +223,63 @@ pub fn response_svg(response: &Response, peaks: &[Peaks]) -> String {
     };
     let [mut amplitudes, phases] =
         [curves(Value::amplitude, f64::INFINITY), curves(Value::phase, std::f64::consts::PI)];
-    amplitudes.extend(peaks.iter().take(MOST_CURVES).enumerate().map(|(colour, own)| {
+    let rings = peaks.iter().take(MOST_RESPONSES).enumerate().map(|(colour, own)| {
         let points = own.found.iter().filter_map(|peak| Some([peak.place.mid_f64(), peak.amplitude?.mid_f64()]));
         Curve { name: String::new(), colour, stroke: Stroke::Rings, points: points.collect() }
-    }));
-    let points = || amplitudes.iter().flat_map(|own| &own.points).map(|point| point[1]);
-    let mut sizes: Vec<f64> = points().filter(|size| *size > 0.0).collect();
-    sizes.order_by(f64::total_cmp);
-    let most = sizes.get(sizes.len() / 2).map_or(f64::INFINITY, |median| TALLEST * median);
-    // With damping peaks are finite, however high.
-    let finite = peaks.iter().flat_map(|own| &own.found).filter_map(|peak| Some(peak.amplitude?.mid_f64()));
-    let most = finite.fold(most, f64::max);
-    let label = with_unit("amplitude", common(shown.clone().map(|own| own.unit.as_deref())));
+    });
+    let rings: Vec<Curve> = rings.collect();
+    for (curve, ring) in amplitudes.iter_mut().zip(&rings) {
+        // A curve goes through its peaks.
+        for peak in &ring.points {
+            let at = curve.points.partition_point(|own| own[0] < peak[0]);
+            if curve.points.get(at).is_none_or(|own| own[0] != peak[0]) {
+                curve.points.insert(at, *peak);
+            }
+        }
+    }
+    amplitudes.extend(rings);
+    let (up, is_cut) = amplitude_axis(response, &mut amplitudes);
     let unit = response.unit.as_deref().or((response.input.is_some()).then_some("rad/s"));
     let name = with_unit(&response.name, unit);
     let across = || Axis::over(&name, response.places.iter().copied(), 0.0);
-    let up = Axis::over(label, points().filter(|size| *size <= most).chain([0.0]), 0.05);
     let turn = Axis::over("phase (rad)", [-std::f64::consts::PI, std::f64::consts::PI].into_iter(), 0.05);
     let source =
         response.input.as_ref().map_or_else(|| "its own drive".to_owned(), |name| format!("a force on {name}"));
-    let description =
-        format!("Amplitude and phase of the steady response to {source}; curves break at resonances without damping.");
+    let cut = if is_cut { "; curves leave it near resonances without damping" } else { "" };
+    let description = format!("Amplitude and phase of the steady response to {source}{cut}.");
     let panels = vec![Panel::new(across(), up, amplitudes), Panel::new(across(), turn, phases)];
     let picture = Picture::column(titled("Response", response.model.as_deref()), description, [600.0, 230.0], panels);
-    picture.without(response.outputs.len().saturating_sub(MOST_CURVES)).svg()
+    picture.without(response.outputs.len().saturating_sub(MOST_RESPONSES)).svg()
+}
+
+/// The axis of amplitudes, and whether some are beyond it; where it is logarithmic, zeros are taken out of the curves.
+fn amplitude_axis(response: &Response, curves: &mut [Curve]) -> (Axis, bool) {
+    let shown = || response.outputs.iter().take(MOST_RESPONSES);
+    let label = with_unit("amplitude", units(shown().map(|own| own.unit.as_deref())).as_deref());
+    // At even steps: places crowd about the peaks.
+    let ends = response.places.first().zip(response.places.last());
+    let step = ends.map_or(0.0, |(from, to)| (to - from) / EVEN as f64);
+    let even = (0..=EVEN).filter_map(|at| {
+        let place = ends?.0 + step * at as f64;
+        Some(response.places.partition_point(|own| *own < place))
+    });
+    let sizes = shown().flat_map(|own| even.clone().filter_map(move |at| Some(own.values.get(at)?.amplitude())));
+    let mut sizes: Vec<f64> = sizes.filter(|own| *own > 0.0).collect();
+    sizes.order_by(f64::total_cmp);
+    let most = sizes.get(sizes.len() / 2).map_or(f64::INFINITY, |median| TALLEST * median);
+    let points = || curves.iter().flat_map(|own| &own.points).map(|point| point[1]).filter(|size| size.is_finite());
+    let top = points().fold(0.0, f64::max);
+    // Without friction all moves in phase, or against it.
+    let turns = |value: &Value| value.phase().sin().abs() > 1e-9;
+    let is_damped = shown().flat_map(|own| &own.values).any(turns);
+    if top <= most || !is_damped {
+        let is_cut = top > most || sizes.last().is_some_and(|own| own.is_infinite());
+        return (Axis::over(label, points().filter(|size| *size <= most).chain([0.0]), 0.05), is_cut);
+    }
+    let least = top / 10_f64.powi(DEEPEST);
+    let axis = Axis::powers(label, points().filter(|size| *size >= least));
+    for point in curves.iter_mut().flat_map(|own| &mut own.points).filter(|point| point[1] <= 0.0) {
+        point[1] = f64::NAN;
+    }
+    (axis, false)
 }

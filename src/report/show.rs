@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::code::script;
 use super::json::{array, middles, null, number, string, strings};
 use super::mode_pictures::{axis_labels, caption};
+use super::modes::Beside;
 use super::picture::{escaped, titled};
 use super::{Exponent, counted, derive_html, modes_svg};
 use librate_core::derive::Derivation;
@@ -58,6 +59,11 @@ pub fn show_html(shown: &Shown<'_>) -> String {
     );
     if !modes.modes.is_empty() {
         out.push_str(&STAGE.replace("SLIDERS", &shown.grid.map_or_else(String::new, sliders)));
+        match shown.figure {
+            Some(figure) if figure.still.is_empty() => {}
+            Some(figure) => out.push_str(&format!("<p>{}.</p>\n", escaped(&sentence(&still_words(figure))))),
+            None => out.push_str(BARS),
+        }
         let _ = write!(out, "<div class=\"still\">\n{}</div>\n", modes_svg(linearized, modes));
         out.push_str(&table(shown));
     }
@@ -102,6 +108,24 @@ const STAGE: &str = "<div id=\"stage\">
 SLIDERS</div>
 ";
 
+const BARS: &str = "<p>The model has no points to draw, so that each coordinate is a bar: \
+                    <code>draw point</code>, <code>draw line</code> and <code>draw spring</code> say what is to be drawn.</p>\n";
+
+/// That a picture does not tell all.
+#[must_use]
+pub fn still_words(figure: &Figure) -> String {
+    const MOST: usize = 6;
+    let more = figure.still.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(" and {more} more coordinates") } else { String::new() };
+    let names: Vec<&str> = figure.still.iter().take(MOST).map(String::as_str).collect();
+    format!("no drawn point moves with {}{more}: what these do in a mode is not to be seen", names.join(", "))
+}
+
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// What moves parameters; without a value in the range it stands in the middle.
 fn sliders(grid: &Grid) -> String {
     let mut out = String::from("<div class=\"controls\">\n");
@@ -131,18 +155,26 @@ fn table(shown: &Shown<'_>) -> String {
     let grows = exponents.iter().any(|own| own.growth.text() != "0");
     let has_classes = modes.modes.iter().any(|mode| mode.symmetry.is_some());
     let [omega, growth] = axis_labels(linearized.model().has_units);
-    let titles = ["mode", "kind", omega].into_iter().chain(grows.then_some(growth));
-    let titles = titles.chain(has_classes.then_some("symmetry"));
+    let beside = Beside::new(linearized, modes, options);
+    let titles = ["mode", "kind", omega].into_iter().chain(grows.then_some(growth)).chain(["bound"]);
+    let titles = titles.chain((!beside.hertz.is_empty()).then_some("f (Hz)")).chain(has_classes.then_some("symmetry"));
+    let titles = titles.chain((!beside.motions.is_empty()).then_some("motion"));
     let head: String = titles.map(|title| format!("<th scope=\"col\">{title}</th>")).collect();
     let mut out = format!("<h2>Modes</h2>\n<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n");
     for ((mode, exponent), number) in modes.modes.iter().zip(&exponents).zip(1..) {
         let button = format!("<button type=\"button\" aria-label=\"show mode {number}\">{number}</button>");
         let mut cells = vec![button, mode.kind.as_str().to_owned(), exponent.omega.text()];
         cells.extend(grows.then(|| exponent.growth.text()));
+        let own = |all: &[String]| all.get(number - 1).cloned();
+        cells.extend(own(&beside.bounds).into_iter().chain(own(&beside.hertz)));
         cells.extend(has_classes.then(|| escaped(mode.symmetry.as_deref().unwrap_or(""))));
+        cells.extend(own(&beside.motions).as_deref().map(escaped));
         let _ = writeln!(out, "<tr data-mode=\"{number}\"><td>{}</td></tr>", cells.join("</td><td>"));
     }
     out.push_str("</tbody>\n</table></div>\n");
+    for remark in &beside.remarks {
+        let _ = writeln!(out, "<p>{}</p>", escaped(remark));
+    }
     out
 }
 
@@ -202,7 +234,8 @@ fn data(shown: &Shown<'_>) -> String {
     // Positions bend with angles, and only with them.
     let angles = model.coordinates.iter().any(|own| own.unit == Some("rad")) || !model.has_units;
     format!(
-        "{{\"names\": {}, \"equilibrium\": {}, \"angles\": {angles}, \"figure\": {figure}, \"grid\": {},\n\"modes\": [\n{}]}}",
+        "{{\"units\": {}, \"names\": {}, \"equilibrium\": {}, \"angles\": {angles}, \"figure\": {figure}, \"grid\": {},\n\"modes\": [\n{}]}}",
+        model.has_units,
         strings(model.coordinates.names()),
         middles(linearized.equilibrium().values.iter().take(model.coordinates.len())),
         shown.grid.map_or_else(null, nodes),

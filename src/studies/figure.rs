@@ -1,7 +1,7 @@
 //! What a model looks like: its points at given coordinates, with the rods and springs between them.
 //!
 //! A rod is where a distance can't change, which is proved; a spring is where a term of the potential depends on the coordinates of two
-//! points and no others. Nothing is said about models whose points are not known, or are all in one place at the equilibrium. Where a model says itself
+//! points and no others, or on the distance of one from the origin. Nothing is said about models whose points are not known, or are all in one place at the equilibrium. Where a model says itself
 //! what is to be drawn, that is the figure.
 
 use std::collections::HashSet;
@@ -44,6 +44,8 @@ pub struct Figure {
     pub dots: usize,
     /// Lines between points; one end is the origin where there is no second point.
     pub lines: Vec<(usize, Option<usize>, Link)>,
+    /// Coordinates that move none of its points.
+    pub still: Vec<String>,
     /// How much of what the model draws has no place at the equilibrium, and is left out.
     pub left_out: usize,
 }
@@ -100,7 +102,8 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
             return None;
         }
         let positions = Program::compile(&pool, &kept, &inputs).ok()?;
-        return Some(Figure { names, dimension, positions, dots, lines, left_out });
+        let still = still(&pool, model, &kept);
+        return Some(Figure { names, dimension, positions, dots, lines, still, left_out });
     }
     let program = Program::compile(&pool, &positions, &inputs).ok()?;
     let there = evaluated(&pool, &positions, &inputs, &at)?;
@@ -112,13 +115,20 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     }
     let mut lines = rods(&mut pool, model, &positions, dimension);
     lines.extend(held(&mut pool, model, &positions, dimension));
-    let known: HashSet<(usize, usize)> = lines.iter().filter_map(|(a, b, _)| Some((*a, (*b)?))).collect();
-    let springs = springs(&pool, model, &positions, dimension);
+    let known: HashSet<(usize, Option<usize>)> = lines.iter().map(|(a, b, _)| (*a, *b)).collect();
+    let springs = springs(&mut pool, model, &positions, dimension);
     let springs: Vec<_> = springs.into_iter().filter(|pair| !known.contains(pair)).collect();
     if springs.len() <= MOST_LINES * count {
-        lines.extend(springs.into_iter().map(|(a, b)| (a, Some(b), Link::Spring)));
+        lines.extend(springs.into_iter().map(|(a, b)| (a, b, Link::Spring)));
     }
-    Some(Figure { dots: count, names, dimension, positions: program, lines, left_out: 0 })
+    let still = still(&pool, model, &positions);
+    Some(Figure { dots: count, names, dimension, positions: program, lines, still, left_out: 0 })
+}
+
+fn still(pool: &Pool, model: &Model, positions: &[ExprId]) -> Vec<String> {
+    let moved: HashSet<usize> = moving(pool, model, positions).into_iter().collect();
+    let all = model.coordinates.iter().enumerate().filter(|(number, _)| !moved.contains(number));
+    all.map(|(_, own)| own.name()).collect()
 }
 
 fn evaluated(pool: &Pool, roots: &[ExprId], inputs: &[Symbol], at: &[f64]) -> Option<Vec<f64>> {
@@ -240,8 +250,8 @@ fn add_summands(pool: &Pool, term: ExprId, is_local: &impl Fn(&Symbol) -> bool, 
     }
 }
 
-/// Pairs of points that a term of the potential depends on.
-fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, usize)> {
+/// Pairs of points that a term of the potential depends on, and points on whose distance from the origin one does.
+fn springs(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, Option<usize>)> {
     let moves: Vec<Vec<usize>> = positions.chunks(dimension).map(|own| moving(pool, model, own)).collect();
     let mut of_coordinate: Vec<Vec<usize>> = vec![Vec::new(); model.coordinates.len()];
     for (point, own) in moves.iter().enumerate() {
@@ -249,30 +259,66 @@ fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -
     }
     let mut found = Vec::new();
     let mut seen = HashSet::new();
-    let families = model.potential.iter().filter(|family| family.count <= MOST_TERMS);
-    for family in families {
+    let energy = if model.lagrangian { &model.kinetic } else { &model.potential };
+    for family in energy.iter().filter(|family| family.count <= MOST_TERMS) {
         let mut terms = Vec::new();
         let is_local = |symbol: &Symbol| family.locals.iter().any(|local| local.coordinate == *symbol);
-        add_summands(pool, family.body, &is_local, &mut terms);
+        let at_rest = family.at_rest(pool);
+        for body in pool.substitute(&[family.body], &at_rest) {
+            add_summands(pool, body, &is_local, &mut terms);
+        }
         let places = terms.iter().map(|term| {
             let inside = pool.symbols_of(&[*term]);
             let locals = family.locals.iter().enumerate().filter(|(_, local)| inside.contains(&local.coordinate));
-            locals.map(|(place, _)| place).collect::<Vec<usize>>()
+            (*term, locals.map(|(place, _)| place).collect::<Vec<usize>>())
         });
-        let places: Vec<Vec<usize>> = places.collect();
-        for (instance, places) in (0..family.count).flat_map(|instance| places.iter().map(move |own| (instance, own))) {
+        let places: Vec<(ExprId, Vec<usize>)> = places.collect();
+        for (instance, (term, places)) in
+            (0..family.count).flat_map(|instance| places.iter().map(move |own| (instance, own)))
+        {
             let coordinates = family.coordinates_of(instance);
             let all: HashSet<usize> =
                 places.iter().filter_map(|place| Some(*coordinates.get(*place)? as usize)).collect();
-            let near = all.iter().filter_map(|number| of_coordinate.get(*number)).flatten();
-            let inside =
-                near.copied().filter(|point| moves[*point].iter().all(|number| all.contains(number))).distinct();
-            if let [a, b] = inside[..]
-                && seen.insert((a, b))
-            {
-                found.push((a, b));
+            let near = all.iter().filter_map(|number| of_coordinate.get(*number)).flatten().copied().distinct();
+            let is_inside = |point: &&usize| moves[**point].iter().all(|number| all.contains(number));
+            if let [a, b] = near.iter().filter(is_inside).collect::<Vec<_>>()[..] {
+                found.push((*a, Some(*b)));
+                continue;
+            }
+            if family.count > MOST_RIGID || moves.len() > MOST_RIGID {
+                continue;
+            }
+            let of_local = family.locals.iter().zip(coordinates).map(|(local, number)| {
+                (local.coordinate, pool.symbol_expr(model.coordinates.at(*number as usize).symbol))
+            });
+            let of_local: Substitution = of_local.gather();
+            let own = pool.substitute(&[*term], &of_local);
+            let moves_with = |point: &usize| all.iter().all(|number| moves[*point].contains(number));
+            for point in near.into_iter().filter(moves_with) {
+                let position = &positions[point * dimension..][..dimension];
+                if own.iter().all(|own| is_central(pool, model, *own, position)) {
+                    found.push((point, None));
+                }
             }
         }
     }
-    found
+    found.into_iter().filter(|own| seen.insert(*own)).collect()
+}
+
+/// Whether a term depends on the distance of a point from the origin and nothing else, but not as a constant force does.
+fn is_central(pool: &mut Pool, model: &Model, term: ExprId, point: &[ExprId]) -> bool {
+    let squares: Vec<ExprId> = point.iter().map(|part| pool.mul(*part, *part)).collect();
+    let square = pool.sum(&squares);
+    let symbols: Vec<Symbol> =
+        moving(pool, model, point).into_iter().map(|number| model.coordinates.at(number).symbol).collect();
+    let slopes: Vec<[ExprId; 2]> = symbols.iter().map(|own| [pool.diff(term, *own), pool.diff(square, *own)]).collect();
+    let mut is_parallel = |[a, b]: [ExprId; 2], [c, d]: [ExprId; 2]| {
+        let products = [pool.mul(a, d), pool.mul(b, c)];
+        pool.agree(products[0], products[1])
+    };
+    let is_radial =
+        slopes.iter().enumerate().all(|(at, own)| slopes[..at].iter().all(|other| is_parallel(*own, *other)));
+    let bends: Vec<ExprId> = symbols.iter().zip(&slopes).map(|(symbol, [own, _])| pool.diff(*own, *symbol)).collect();
+    let is_bent = bends.into_iter().any(|own| !pool.vanishes(own));
+    is_radial && is_bent && slopes.iter().any(|[_, own]| !pool.vanishes(*own))
 }

@@ -11,6 +11,8 @@ mod digits;
 
 mod source;
 
+pub mod refine;
+
 pub mod program;
 
 pub mod code;

@@ -1,11 +1,13 @@
 //! Modes over a range of a parameter, followed by their shapes: which mode at one value is which at the next.
 //!
 //! Two modes belong together where |xᴴ M y|² is large, M being the mass matrix at the first value (the modal assurance criterion of
-//! R. J. Allemang and D. L. Brown, Proc. 1st Int. Modal Analysis Conf., 1982). Where it decides nothing, or two modes seem to change
+//! R. J. Allemang and D. L. Brown, Proc. 1st Int. Modal Analysis Conf., 1982), and s x is near to s' y: exponents s and -s may have one
+//! shape. Where it decides nothing, or two modes seem to change
 //! places, the interval is halved, and halved again: at an avoided crossing shapes turn into each other, at a crossing they keep what
 //! they are. So it is where frequencies bend. Modes of different symmetry classes never belong together. Among equal frequencies no shape is one of a mode; those before
 //! are kept until they part again.
 
+use crate::refine::{DEEPEST, FLAT, MOST_FINER, off_line};
 use crate::sweep::{Place, Sweep};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
@@ -18,12 +20,8 @@ const SURE: f64 = 0.7;
 const LEAST: f64 = 0.05;
 /// Between shapes that agree less frequencies may bend.
 const STEADY: f64 = 0.98;
-/// What is off by less than this part of all frequencies is not seen: half a pixel.
-const FLAT: f64 = 1.0 / 760.0;
-/// An interval is halved so many times.
-const DEEPEST: u32 = 16;
-/// So many places are added for each that there is.
-const MOST_FINER: usize = 4;
+/// Where modes change places an interval is halved until bounds no longer separate them.
+const DEEPEST_SWAP: u32 = 34;
 /// Masses of more coordinates count alike.
 const MOST_DENSE: usize = 600;
 
@@ -68,6 +66,13 @@ impl Shape {
     pub(crate) fn product(&self, other: &Self) -> [f64; 2] {
         let parts = self.image.iter().zip(&other.vector);
         parts.fold([0.0; 2], |[re, im], ([a, b], [c, d])| [re + a * c + b * d, im + a * d - b * c])
+    }
+
+    /// The part of the agreement that the states have, (x, s x/s0) with the larger exponent for s0.
+    fn share_of_states(&self, other: &Self) -> f64 {
+        let [[a, b], [c, d]] = [self.point, other.point];
+        let both = a * a + b * b + c * c + d * d;
+        if both > 0.0 { 0.5 + (a * c + b * d) / both } else { 1.0 }
     }
 
     /// The shape as one of a number of equal ones.
@@ -123,12 +128,14 @@ pub(crate) fn is_one_of_several(shapes: &Shapes, at: usize) -> bool {
 /// For each mode of one place that of another, and how sure the least certain pair is.
 pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
     let all = (0..from.len()).flat_map(|i| (0..to.len()).map(move |j| (from[i].agreement(&to[j]), i, j)));
-    let mut pairs: Vec<(f64, usize, usize)> = all.filter(|(agreement, ..)| *agreement > LEAST).collect();
-    pairs.order_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let likely = all.filter(|(agreement, ..)| *agreement > LEAST);
+    let mut pairs: Vec<(f64, (f64, usize, usize))> =
+        likely.map(|own| (own.0 * from[own.1].share_of_states(&to[own.2]), own)).collect();
+    pairs.order_by(|(p, a), (q, b)| q.total_cmp(p).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut found = vec![None; from.len()];
     let mut taken = vec![false; to.len()];
     let mut sure: f64 = 1.0;
-    for (agreement, i, j) in pairs {
+    for (_, (agreement, i, j)) in pairs {
         if found[i].is_none() && !taken[j] {
             found[i] = Some(j);
             taken[j] = true;
@@ -187,6 +194,26 @@ impl Follower {
         Self { slack, left: MOST_FINER * places.len() }
     }
 
+    /// Between which places curves bend, as those beside tell: modes by their numbers.
+    fn bent(&self, places: &[Place]) -> Vec<bool> {
+        // A few points are on many curves.
+        let mut bent = vec![places.len() < 3; places.len().saturating_sub(1)];
+        for (at, three) in places.windows(3).enumerate() {
+            let modes = three.iter().map_while(|place| Some(&place.result.as_ref().ok()?.1.modes));
+            let [a, b, c] = modes.collect::<Vec<_>>()[..] else { continue };
+            let is_off = |((a, b), c): ((&NormalMode, &NormalMode), &NormalMode)| self.is_off([a, b, c].map(point));
+            if a.len() == b.len() && a.len() == c.len() && a.iter().zip(b).zip(c).any(is_off) {
+                (bent[at], bent[at + 1]) = (true, true);
+            }
+        }
+        bent
+    }
+
+    /// Whether the second of three points, half way between the others, is seen off the line through these.
+    fn is_off(&self, points: [[f64; 2]; 3]) -> bool {
+        (0..2).any(|part| off_line([0.0, 1.0, 2.0], points.map(|own| own[part])) > self.slack[part])
+    }
+
     /// The modes between two places of a range, which is refined where their shapes leave it open and where curves bend;
     /// `is_bent` if they do so about these places.
     fn connect(
@@ -198,10 +225,11 @@ impl Follower {
         (depth, is_bent): (u32, bool),
         way: &mut Vec<Step>,
     ) {
-        let is_open = sure < SURE || swaps(ends, &found);
+        let is_swap = swaps(ends, &found);
+        let is_open = sure < SURE || is_swap;
         let turns = depth == 0 && pairs(&found).any(|(i, j)| ends[0][i].kind != ends[1][j].kind);
         let is_wanted = is_open || self.left > 0 && (is_bent || turns || sure < STEADY);
-        let finer = sweep.finer().filter(|_| is_wanted && depth < DEEPEST);
+        let finer = sweep.finer().filter(|_| is_wanted && depth < if is_swap { DEEPEST_SWAP } else { DEEPEST });
         let [from, to] = between.map(|place| 2 * place);
         let middle = finer.and_then(|finer| {
             let place = finer.place(from + 1);
@@ -219,8 +247,7 @@ impl Follower {
         let (first, second) = (matched(ends[0], &middle), matched(&middle, ends[1]));
         let bends = pairs(&first.0).any(|(i, j)| {
             let Some(k) = second.0[j] else { return false };
-            let [a, b, c] = [&ends[0][i], &middle[j], &ends[1][k]].map(|own| own.point);
-            (0..2).any(|part| (b[part] - 0.5 * (a[part] + c[part])).abs() > self.slack[part])
+            self.is_off([&ends[0][i], &middle[j], &ends[1][k]].map(|own| own.point))
         });
         self.connect(&finer, [ends[0], &middle], [from, from + 1], first, (depth + 1, bends), way);
         let reached = way.len() - 1;
@@ -238,6 +265,7 @@ fn pairs(found: &[Option<usize>]) -> impl Iterator<Item = (usize, usize)> + '_ {
 #[must_use]
 pub fn branches(sweep: &Sweep, places: &mut Vec<Place>) -> Vec<Branch> {
     let mut follower = Follower::new(places);
+    let bent = follower.bent(places);
     let mut branches: Vec<Branch> = Vec::new();
     // Of the modes at the place before: their shapes, and their branches.
     let mut before: Option<(Shapes, Vec<Option<usize>>)> = None;
@@ -252,7 +280,7 @@ pub fn branches(sweep: &Sweep, places: &mut Vec<Place>) -> Vec<Branch> {
         let mut way = Vec::new();
         if let Some((shapes, _)) = &before {
             let found = matched(shapes, &here);
-            follower.connect(sweep, [shapes, &here], [number - 1, number], found, (0, false), &mut way);
+            follower.connect(sweep, [shapes, &here], [number - 1, number], found, (0, bent[number - 1]), &mut way);
         } else {
             way.push(Step { found: Vec::new(), finer: None });
         }

@@ -67,6 +67,25 @@ fn a_large_model_stays_readable() {
     assert!(text.lines().all(|line| line.chars().count() <= 110), "{text}");
     assert!(text.lines().count() > 228);
     assert!(text.contains("together are"));
+    // With friction a shape has a second row, but not where all move nearly in phase.
+    let chain = "coord x[1..8]  T = sum(i in 1..8, 1/2*x[i]'^2)
+        V = 1/2*x[1]^2 + 1/2*x[8]^2 + sum(i in 1..7, 1/2*(x[i+1] - x[i])^2)  dissipation = 1/2*0.01*x[1]'^2";
+    let little = with_input(&["modes", "-"], chain).out;
+    assert!(little.contains(" ▅▇████▇▅ ") && !little.contains("a quarter later"), "{little}");
+    assert!(with_input(&["modes", "-"], &chain.replace("0.01", "1")).out.contains("shape, and a quarter later"));
+}
+
+#[test]
+fn families_of_equilibria_are_counted() {
+    let hat = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = (x^2 + y^2 - 1)^2";
+    for (text, told) in [
+        (hat.to_owned(), "2 equilibria in the box, one of each family, all there are"),
+        (hat.replace("V = (", "V = 1/4*(x + y)^2 + 0*("), "1 family of equilibria in the box, all there are"),
+        (hat.replace("V = (x^2 + y^2 - 1)^2", "V = x^2*y^2"), "not proved to be all"),
+    ] {
+        let out = with_input(&["equilibria", "-", "--box", "x=-2..2, y=-2..2"], &text).out;
+        assert!(out.contains(told), "{out}");
+    }
 }
 
 #[test]

@@ -182,8 +182,10 @@ fn modes_cross_where_nothing_couples_them_and_avoid_it_where_something_does() {
         let crossing = swept(&pair("0"), &format!("k=1..4:{count}"));
         assert_eq!(ends(&crossing), [[0, 1], [1, 0]], "{count}");
         assert!(crossing.iter().all(|branch| branch.at.len() >= count));
-        let avoided = swept(&pair("0.001"), &format!("k=1..4:{count}"));
-        assert_eq!(ends(&avoided), [[0, 0], [1, 1]], "{count}");
+        for coupling in ["0.001", "1e-6", "3e-9"] {
+            let avoided = swept(&pair(coupling), &format!("k=1..4:{count}"));
+            assert_eq!(ends(&avoided), [[0, 0], [1, 1]], "{count}, {coupling}");
+        }
     }
     // Even and odd modes of a mirror cross, whatever couples them.
     let mirror = "param c = 1  coord a, b, d  T = (a'^2 + b'^2 + d'^2)/2
@@ -192,6 +194,17 @@ fn modes_cross_where_nothing_couples_them_and_avoid_it_where_something_does() {
     let odd: Vec<_> = found.iter().filter(|branch| branch.class.as_deref() == Some("odd")).collect();
     assert_eq!(odd.len(), 1);
     assert_eq!([odd[0].at[0].1, odd[0].at.last().unwrap().1], [1, 2]);
+}
+
+/// Growth and decay of one shape are not taken for each other where two small exponents become real beside them.
+#[test]
+fn exponents_of_opposite_signs_are_told_apart() {
+    let flutter = "param m = 5, S = 2/5, I = 1/10, kh = 500, ka = 40, U = 5, r = 6, e = 2/25
+        coord h, al  T = 1/2*m*h'^2 + S*h'*al' + 1/2*I*al'^2  V = 1/2*kh*h^2 + 1/2*ka*al^2  dissipation = 1/2*h'^2
+        force h = -r*U^2*al  force al = r*U^2*e*al";
+    let svg = with_input(&["plot", "sweep", "-", "--over", "U=8.9..9.4:11"], flutter).out;
+    let steepest = pieces(&svg).iter().flatten().map(|[a, .., d]| (d[1] - a[1]).abs()).fold(0.0, f64::max);
+    assert!(steepest < 120.0 && svg.len() < 60_000, "{steepest}, {}", svg.len());
 }
 
 /// Even frequencies with ω² = 3/2 ± sqrt(33/100), the odd one with 4a: it crosses both, which rings tell; what only comes near has none.
@@ -271,6 +284,60 @@ fn curves_are_right_between_values() {
     }
 }
 
+/// A curve that is steep at its beginning: ω² = 1 + 2/c, in units of 1/(L C).
+#[test]
+fn curves_are_right_from_their_first_value_on() {
+    let model = "param c = 1  coord a, b  T = 1/2*(a'^2 + b'^2)  V = 1/2*(a^2 + b^2) + 1/2*(a + b)^2/c";
+    let curves = pieces(&with_input(&["plot", "sweep", "-", "--over", "c=0.01..0.1:21"], model).out);
+    let omega = |c: f64| (1.0 + 2.0 / c).sqrt();
+    let curve = curves.iter().max_by_key(|own| own.len()).unwrap();
+    let ([left, high], [right, low]) = (curve[0][0], curve[curve.len() - 1][3]);
+    for piece in curve {
+        // Half way along a cubic piece.
+        let middle = [0, 1].map(|at: usize| (piece[0][at] + 3.0 * (piece[1][at] + piece[2][at]) + piece[3][at]) / 8.0);
+        let c = 0.01 + 0.09 * (middle[0] - left) / (right - left);
+        let up = high + (omega(c) - omega(0.01)) * (low - high) / (omega(0.1) - omega(0.01));
+        assert!((middle[1] - up).abs() < 0.5, "{} at {c}", middle[1] - up);
+    }
+}
+
+/// Of x'' + 0.02 x' + x: a peak of 1/0.02 that no value of the range meets, on an axis that holds it.
+#[test]
+fn responses_go_through_their_peaks() {
+    let model = "coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = 1/100*x'^2";
+    let plot = ["plot", "response", "-", "--input", "x", "--over", "omega=0.1..3:24"];
+    for peaks in [&[][..], &["--peaks"]] {
+        let svg = with_input(&[&plot[..], peaks].concat(), model).out;
+        let page = Document::parse(&svg).unwrap();
+        let labels: Vec<&str> = page.descendants().filter_map(|node| node.text()).collect();
+        assert!(labels.contains(&"10¹") && labels.contains(&"10⁰"), "{labels:?}");
+        let highest = pieces(&svg)[0].iter().map(|piece| piece[3][1]).fold(f64::INFINITY, f64::min);
+        // The axis goes from 1/8 to 50, with a twentieth beside.
+        let (from, to) = ((1.0_f64 / 8.0).log10(), 50.0_f64.log10());
+        assert!((highest - 230.0 * 0.05 / 1.1).abs() < 2.0, "{highest}, {from}, {to}");
+        let rings = page.descendants().filter(|node| node.attribute("class") == Some("c0 ring"));
+        for ring in rings {
+            assert!((ring.attribute("cy").unwrap().parse::<f64>().unwrap() - highest).abs() < 0.02);
+        }
+    }
+}
+
+/// Labels of axes stand beside the longest number.
+#[test]
+fn labels_and_numbers_stand_apart() {
+    let circuit = "param L : H = 1e-3, C : F = 1e-6  coord q : C  T = 1/2*L*q'^2  V = q^2/(2*C)";
+    let svg = with_input(&["plot", "sweep", "-", "--over", "C=1..1.0001:5"], &circuit.replace("1e-6", "1e-6")).out;
+    let page = Document::parse(&svg).unwrap();
+    let at = |node: &roxmltree::Node<'_, '_>| node.attribute("x").unwrap().parse::<f64>().unwrap();
+    let all = || page.descendants().filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "text")));
+    let label = all().find(|node| node.attribute("transform").is_some()).unwrap();
+    let numbers = all().filter(|node| node.attribute("text-anchor") == Some("end"));
+    for number in numbers {
+        let width = 6.5 * number.text().unwrap().chars().count() as f64;
+        assert!(at(&number) - width > at(&label) + 4.0, "{:?}", number.text());
+    }
+}
+
 fn drawn(text: &str) -> Option<Figure> {
     let file = parse(text).unwrap();
     let model = elaborate(&file, &TableTexts::new(), &Settings::new().with_points()).unwrap();
@@ -298,6 +365,20 @@ fn points_rods_and_springs_are_found() {
     let cart = drawn(cart).unwrap();
     assert_eq!(cart.names, ["p1", "p2", "X"]);
     assert_eq!(cart.lines, [(0, Some(2), Link::Rod), (1, Some(2), Link::Rod)]);
+    // Of a lagrangian as of V; a distance from the origin, but no weight.
+    let written = bonds.replace("  V = 1/2*k*(", " - 1/2*k*(").replace("  T = ", "  lagrangian = ");
+    assert_eq!(drawn(&written).unwrap().lines, molecule.lines);
+    let elastic = "coord r, th  let p = [r*sin(th), -r*cos(th)]  T = 1/2*dot(p', p')
+        V = 20*(norm(p) - 1)^2 + 10*p[2]  guess r = 1.2";
+    assert_eq!(drawn(elastic).unwrap().lines, [(0, None, Link::Spring)]);
+    assert_eq!(drawn(&elastic.replace("20*(norm(p) - 1)^2", "20*p[1]^2 + p[2]^4")).unwrap().lines, []);
+    // A cart that is no point.
+    let cart = "coord s, th  let b = [sin(th), -cos(th)]  T = 1/2*s'^2 + 1/2*dot(b', b')
+        V = 10*s^2 + 10*b[2] + 1/2*s*sin(th)";
+    assert_eq!(drawn(cart).unwrap().still, ["s"]);
+    let shown = with_input(&["show", "-"], cart);
+    assert!(shown.err.contains("no drawn point moves with s"), "{}", shown.err);
+    assert!(shown.out.contains("No drawn point moves with s"));
     // Displacements, angles and differences are no places.
     for none in [
         "coord u[1..3, 1..3]  T = sum(i in 1..3, j in 1..3, u[i,j]'^2)  V = sum(i in 1..3, j in 1..3, u[i,j]^2)",
@@ -340,6 +421,7 @@ fn drawings_are_what_models_say() {
         ("draw point [1, 2, 3, phi]", "E0112", "a vector of 4"),
         ("draw line r", "E0112", "a line has two ends"),
         ("draw point [q, 0]", "E0101", "`q` is not declared"),
+        ("coord z[2..4, 1..2] draw point z[j]", "E0101", "`draw point [j in 2..4] z[…]`"),
         ("draw rod r, r", "E0058", "expected `point`, `line` or `spring`"),
         ("draw line", "E0019", "`draw line r, s`"),
         ("param draw = 1", "E0005", "begins a statement"),
@@ -386,6 +468,17 @@ fn pages_have_everything_and_nothing_from_elsewhere() {
             assert_eq!(drawn["shape"].as_array().unwrap().len(), modes["coordinates"].as_array().unwrap().len());
         }
     }
+}
+
+#[test]
+fn pages_say_what_modes_says() {
+    let page = page("models/co2.lag");
+    for told in
+        ["bound</th>", "f (Hz)</th>", "<p>modes 1 to 5 together are: translation of r along x,", "symmetry</th>"]
+    {
+        assert!(page.contains(told), "{told}: {page}");
+    }
+    assert!(self::page("models/lc_ladder.lag").contains("The model has no points to draw"));
 }
 
 #[test]

@@ -118,6 +118,13 @@ fn a_page_knows_of_a_newer_one() {
     let first = version();
     fs::write(folder.join("model.lag"), MODEL.replace("k = 1", "k = 4")).unwrap();
     wait(&|| version() != first && page().contains(&format!("'{}'", own(&version()))));
+    // What is wrong is beside the page, which stays as it was, until it is mended.
+    let (good, last) = (fs::read_to_string(folder.join("model.lag")).unwrap(), page());
+    fs::write(folder.join("model.lag"), good.replace("param k", "param q")).unwrap();
+    wait(&|| version().starts_with("window.librateFault = \"error") && version().contains("`k` is not declared"));
+    assert_eq!(page(), last);
+    fs::write(folder.join("model.lag"), good).unwrap();
+    wait(&|| version().ends_with("window.librateFault = null;\n"));
 }
 
 #[test]

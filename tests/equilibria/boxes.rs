@@ -259,6 +259,7 @@ fn families_are_not_counted() {
         assert!(!found.complete && !found.equilibria.is_empty(), "{text}");
         assert!(found.reasons.iter().any(|reason| reason.contains(said)), "{text}: {:?}", found.reasons);
         assert!(found.equilibria.iter().any(|own| own.isolated == Some(false)), "{text}");
+        assert!(found.decided && found.undecided.is_empty(), "{text}");
     }
     // No equilibrium at all: nothing is left open.
     assert!(points(&of("coord x, y T = 1/2*(x'^2 + y'^2) V = x", "x=-1..2, y=-1..1")).is_empty());
@@ -272,7 +273,7 @@ fn families_are_not_counted() {
     }
     // A second one is behind a kink, nearer than pieces are small.
     let kink = of("coord x T = 1/2*x'^2 V = x^4 - 2^-140*(x + abs(x - 2^-50))", "x=-1..1");
-    assert!(!kink.complete && kink.undecided.len() == 1);
+    assert!(!kink.complete && !kink.decided && kink.undecided.len() == 1);
     // Of several coordinates, and beside a kink, nothing tells that it is.
     for text in
         ["coord x, y T = 1/2*(x'^2 + y'^2) V = x^4 + y^2", "coord x, y T = 1/2*(x'^2 + y'^2) V = abs(x)*x^3 + y^2"]

@@ -617,6 +617,10 @@ fn phase_portraits_are_curves_of_constant_energy() {
         for [q, v] in &orbit.points {
             assert!((0.5 * v * v + 2.0 * (1.0 - q.cos()) - orbit.energy).abs() < 1e-7 * 4.0, "{q} {v}");
         }
+        // Through a saddle, at rest.
+        let is_saddle = |q: f64| [-1.0, 1.0, 3.0].iter().any(|own| (q - own * std::f64::consts::PI).abs() < 1e-7);
+        let rests = orbit.points.iter().any(|[q, v]| *v == 0.0 && is_saddle(*q));
+        assert_eq!(rests, separates, "{}", orbit.energy);
         if orbit.course == Course::Bound {
             // Closed, up to turning points found by halving.
             let ends = [orbit.points[0], orbit.points[orbit.points.len() - 1]];
@@ -624,7 +628,11 @@ fn phase_portraits_are_curves_of_constant_energy() {
         }
     }
     // Four energies in each of two wells, four above and one between in either direction.
-    assert_eq!(counts, [8, 8, 2]);
+    assert_eq!(counts, [8, 8, 6]);
+    // A shallow well beside a deep one has an orbit as well.
+    let orbits = portrait("coord x  T = 1/2*x'^2  V = x^4/4 - x^2/2 + 3/8*x", "x=-2..2");
+    let inside = |own: &librate_studies::period::Orbit| own.points.iter().all(|[x, _]| *x > 0.45);
+    assert!(orbits.iter().any(|own| own.course == Course::Bound && inside(own)));
     // A mass that depends on the place; and a wall where V has no value.
     let orbits = portrait("coord r  T = 1/2*(1 + r^2)*r'^2  V = 1/r + r", "r=0..4");
     assert!(orbits.iter().any(|own| own.course == Course::Bound));

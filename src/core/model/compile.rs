@@ -121,7 +121,7 @@ impl<'a> Compiler<'a> {
             return;
         }
         let name = name.to_owned();
-        self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate });
+        self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, index: None });
     }
 
     /// `param m = m`, and `let a = b` where `b` is declared later and uses `a`.
@@ -150,7 +150,7 @@ impl<'a> Compiler<'a> {
         let nearest = Meant::near(name, known);
         let later = self.later.get(name).copied();
         let (name, integral, coordinate) = (name.to_owned(), None, None);
-        self.fail(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate });
+        self.fail(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, index: None });
     }
 
     pub(super) fn entity(&self, name: &str) -> Option<Entity> {

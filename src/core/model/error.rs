@@ -26,6 +26,8 @@ Error ModelError {
         integral: Option<Span>,
         /// Where it can be declared as a coordinate, if its time derivative is used, and the declaration.
         coordinate: Option<Box<(u32, String)>>,
+        /// In `draw`: how a range is given to it as an index.
+        index: Option<String>,
     } => match later {
         Some(later) => at(*span, "used here")
             .with_secondary(*later, "declared only here")
@@ -37,6 +39,7 @@ Error ModelError {
             None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
                 at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
             }
+            None if index.is_some() => at(*span, "an index without a range").or_help(index.clone()),
             None if integral.is_some() => at(*span, "outside of the integral")
                 .and_at(*integral, "a variable of this integral alone")
                 .with_help(format!("write what depends on `{name}` into the integral itself, not into a `let`")),
@@ -503,7 +506,8 @@ impl ModelError {
 
     /// A name that is not declared, with what it may have been meant to be.
     pub(super) fn undeclared(name: &str, nearest: Option<Meant>, span: Span) -> Self {
-        Self::UndeclaredName { name: name.to_owned(), nearest, later: None, integral: None, coordinate: None, span }
+        let (name, later, integral, coordinate, index) = (name.to_owned(), None, None, None, None);
+        Self::UndeclaredName { name, nearest, later, integral, coordinate, index, span }
     }
 }
 

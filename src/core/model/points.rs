@@ -87,7 +87,13 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Option<()> {
         let members = self.members(indices, &Name { text: "draw".into(), span })?;
-        let programs = self.compiled(points, &members.scope)?;
+        let before = self.errors.len();
+        let Some(programs) = self.compiled(points, &members.scope) else {
+            if indices.is_none() {
+                self.tell_ranges(drawn, points, before);
+            }
+            return None;
+        };
         if drawn != Drawn::Point && points.len() < 2 {
             let what = format!("a {0} has two ends: `draw {0} a, b`", drawn.as_str());
             return self.refuse(ModelError::shape((what, None), span));
@@ -116,6 +122,27 @@ impl Elaborator<'_> {
             }
         }
         Some(())
+    }
+
+    /// Says of names that are indices of points, and not declared, where their ranges are written.
+    fn tell_ranges(&mut self, drawn: Drawn, points: &[ExprRef], before: usize) {
+        let file = self.file;
+        for (family, indices) in points.iter().filter_map(|at| named(file, *at)) {
+            for (axis, at) in indices.iter().enumerate() {
+                let ExprKind::Name(own) = file.expr(*at).kind else { continue };
+                let families = self.world.coordinate_families.iter().filter(|own| own.name == family);
+                let block = families.flat_map(|own| &own.grid.blocks).next().filter(|_| axis < 3);
+                let range = block.map_or("a..b".to_owned(), |own| format!("{}..{}", own.lower[axis], own.upper[axis]));
+                let help = format!("name its range first: `draw {} [{own} in {range}] {family}[…]`", drawn.as_str());
+                for error in &mut self.errors[before..] {
+                    if let ModelError::UndeclaredName { name, index, .. } = error
+                        && name.as_str() == own
+                    {
+                        *index = Some(help.clone());
+                    }
+                }
+            }
+        }
     }
 
     /// Whether components depend on no velocity.

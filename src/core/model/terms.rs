@@ -76,7 +76,8 @@ impl TermFamily {
     }
 
     /// What puts all velocities to 0.
-    pub(crate) fn at_rest(&self, pool: &Pool) -> Substitution {
+    #[must_use]
+    pub fn at_rest(&self, pool: &Pool) -> Substitution {
         self.locals.iter().map(|local| (local.velocity, pool.zero())).gather()
     }
 

@@ -52,9 +52,9 @@ function interpolated(shares) {
   };
   const modes = data.modes.map((own, k) => {
     const found = mode(k) || { ...own, shape: own.shape.map(() => 0), imaginary: null, gone: true };
-    const short = x => x.toPrecision(3), grows = found.growth !== 0;
-    const told = found.gone ? 'nothing like it here' : found.kind === 'zero' ? 'zero mode' : found.kind === 'oscillation' ? `ω ≈ ${short(found.omega)}`
-      : `${found.kind}, ω ≈ ${short(found.omega)}${grows ? `, growth ≈ ${short(found.growth)}` : ''}`;
+    const short = (x, unit) => x.toPrecision(3) + (data.units ? unit : ''), grows = found.growth !== 0;
+    const told = found.gone ? 'nothing like it here' : found.kind === 'zero' ? 'zero mode' : found.kind === 'oscillation' ? `ω ≈ ${short(found.omega, ' rad/s')}`
+      : `${found.kind}, ω ≈ ${short(found.omega, ' rad/s')}${grows ? `, growth ≈ ${short(found.growth, ' 1/s')}` : ''}`;
     return { ...found, caption: `${k + 1}: ${told}` + (others > 0 ? ` (${others} more here that the model's own values do not have)` : '') };
   });
   return { equilibrium: mixed(near.map(([node, weight]) => [node.equilibrium, weight])), modes };
@@ -150,7 +150,7 @@ function drawFigure(q, width, height) {
     context.strokeStyle = colour('--ink');
     context.beginPath(); context.moveTo(origin[0] - 9, origin[1]); context.lineTo(origin[0] + 9, origin[1]); context.stroke();
   }
-  context.strokeStyle = colour('--faint');
+  context.strokeStyle = colour('--rest');
   for (const [x, y] of rest.slice(0, figure.dots)) { context.beginPath(); context.arc(x, y, 5, 0, 7); context.stroke(); }
   const order = now.slice(0, figure.dots).map((p, i) => i).sort((i, j) => now[j][2] - now[i][2]);
   const large = figure.dots <= 30 ? 7 : figure.dots <= 150 ? 4.5 : 2.5;
@@ -167,7 +167,7 @@ function drawBars(mode, turn, far, width, height) {
   const n = mode.shape.length, unit = height / 2 - 30, parts = coordinates(mode, turn, 1).map((q, i) => q - shown.equilibrium[i]);
   const largest = Math.max(...mode.shape.concat(mode.imaginary || []).map(Math.abs)) || 1;
   const x = i => width * (i + 0.5) / n;
-  context.strokeStyle = colour('--faint');
+  context.strokeStyle = colour('--rest');
   context.beginPath(); context.moveTo(0, height / 2); context.lineTo(width, height / 2); context.stroke();
   context.strokeStyle = context.fillStyle = colour('--mark');
   context.lineWidth = Math.max(1, Math.min(6, 0.3 * width / n));
@@ -179,7 +179,8 @@ function drawBars(mode, turn, far, width, height) {
     context.beginPath(); context.moveTo(x(i), height / 2); context.lineTo(x(i), y); context.stroke();
     context.beginPath(); context.arc(x(i), y, Math.max(2, Math.min(7, 0.3 * width / n)), 0, 7); context.fill();
     context.fillStyle = colour('--ink');
-    if (i % step === 0) context.fillText(data.names[i], x(i), height - 8);
+    const half = context.measureText(data.names[i]).width / 2 + 2;
+    if (i % step === 0) context.fillText(data.names[i], Math.max(half, Math.min(width - half, x(i))), height - 8);
   });
 }
 function draw() {
@@ -231,7 +232,8 @@ function move(back) {
     const { kind, omega, growth, gone } = missing ? { kind: '', omega: 0, growth: 0, gone: true } : shown.modes[k], texts = { kind, 'ω': omega, growth };
     row.forEach(([cell, , column]) => {
       const text = texts[column];
-      if (text !== undefined) cell.textContent = gone ? '' : typeof text === 'string' ? text : text === 0 ? '0' : '≈ ' + text.toPrecision(3);
+      if (['bound', 'f', 'motion'].includes(column)) cell.textContent = '';
+      else if (text !== undefined) cell.textContent = gone ? '' : typeof text === 'string' ? text : text === 0 ? '0' : '≈ ' + text.toPrecision(3);
     });
   });
   look();

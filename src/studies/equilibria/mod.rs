@@ -109,6 +109,8 @@ pub struct Found {
     pub equilibria: Vec<Equilibrium>,
     /// Whether these are all, each alone.
     pub complete: bool,
+    /// Whether these are all, or one of each family that symmetries or coordinates without forces make.
+    pub decided: bool,
     /// Places that were not decided.
     pub undecided: Vec<Undecided>,
     /// Why it is not complete, in words.
@@ -282,9 +284,11 @@ impl<'a> Task<'a> {
             let words = self.rotations.words();
             reasons.push(format!("equilibria are not isolated: {words} nothing; of each family one is given"));
         }
-        reasons.extend(undecided_words(self.model, &undecided, findings.is_cut_short, findings.pieces));
+        let pieces = findings.pieces;
+        reasons.extend(undecided_words(self.model, &undecided, findings.is_cut_short, pieces));
         let complete = reasons.is_empty();
-        Found { region: self.region.clone(), equilibria, complete, undecided, reasons, pieces: findings.pieces }
+        let decided = undecided.is_empty() && !findings.is_cut_short;
+        Found { region: self.region.clone(), equilibria, complete, decided, undecided, reasons, pieces }
     }
 
     fn told(&self, place: &Place) -> Undecided {

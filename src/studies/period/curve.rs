@@ -23,20 +23,33 @@ pub fn curve<'a>(
     range: &'a Range,
     options: &'a Options,
 ) -> Result<impl ExactSizeIterator<Item = Place> + 'a, ModelError> {
-    let request = match range.name() {
-        "amplitude" => Request::Amplitude,
-        "energy" => Request::Energy,
-        other => {
-            return Err(ModelError::BadSetting {
-                text: other.to_owned(),
-                reason: "a period depends on the `amplitude` or the `energy`".to_owned(),
-            });
-        }
-    };
-    let constants = (0..range.len()).map(|place| Constant::parse(&range.expression(place)));
-    let constants = constants.collect::<Result<Vec<Constant>, ModelError>>()?;
-    Ok(constants.into_iter().enumerate().map(move |(at, constant)| Place {
-        value: range.value(at).unwrap_or(f64::NAN),
-        result: oscillator.period(&request(constant), options),
-    }))
+    let requests = (0..range.len()).map(|at| request(range, at)).collect::<Result<Vec<Request>, ModelError>>()?;
+    Ok(requests
+        .into_iter()
+        .enumerate()
+        .map(move |(at, request)| at_request(oscillator, range, (at, &request), options)))
+}
+
+/// The period at one of them.
+///
+/// # Errors
+/// As [`curve`].
+pub fn place(oscillator: &Oscillator, range: &Range, at: usize, options: &Options) -> Result<Place, ModelError> {
+    Ok(at_request(oscillator, range, (at, &request(range, at)?), options))
+}
+
+fn at_request(oscillator: &Oscillator, range: &Range, (at, request): (usize, &Request), options: &Options) -> Place {
+    Place { value: range.value(at).unwrap_or(f64::NAN), result: oscillator.period(request, options) }
+}
+
+fn request(range: &Range, at: usize) -> Result<Request, ModelError> {
+    let constant = Constant::parse(&range.expression(at))?;
+    match range.name() {
+        "amplitude" => Ok(Request::Amplitude(constant)),
+        "energy" => Ok(Request::Energy(constant)),
+        other => Err(ModelError::BadSetting {
+            text: other.to_owned(),
+            reason: "a period depends on the `amplitude` or the `energy`".to_owned(),
+        }),
+    }
 }

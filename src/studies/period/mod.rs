@@ -38,7 +38,7 @@ mod task;
 mod turning;
 mod weights;
 
-pub use curve::{Place, curve};
+pub use curve::{Place, curve, place};
 pub use energies::check;
 pub use error::PeriodError;
 pub use portrait::{Course, Orbit, hills, portrait};

@@ -78,10 +78,17 @@ pub fn portrait(model: &Model, found: &Found) -> Vec<Orbit> {
     separating.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * size);
     // Velocities rise in equal steps.
     let steps = (1..2 * LEVELS).map(|step| f64::from(step) / f64::from(LEVELS));
-    let levels = steps.map(|step| lowest + size * step * step);
     let is_new = |level: &f64| separating.iter().all(|own| (own - level).abs() > 0.02 * size);
+    let mut levels: Vec<f64> = steps.map(|step| lowest + size * step * step).filter(is_new).collect();
+    // No well is empty.
+    for bottom in heights(true) {
+        let rim = separating.iter().copied().find(|own| *own > bottom + 1e-9 * size);
+        if let Some(rim) = rim.filter(|rim| levels.iter().all(|own| !(bottom..*rim).contains(own))) {
+            levels.push(0.5 * (bottom + rim));
+        }
+    }
     let mut orbits: Vec<Orbit> = Vec::new();
-    for energy in levels.filter(is_new) {
+    for energy in levels {
         plane.orbits(energy, &[], &mut orbits);
     }
     let others = found.equilibria.iter().filter(|own| own.stability != Stability::Stable);
@@ -136,7 +143,7 @@ impl Plane {
         (2.0 * (energy - height) / mass).sqrt()
     }
 
-    /// The curves of an energy; those that reach one of the `tops` divide motions of different kinds.
+    /// The curves of an energy; those that reach one of the `tops` divide motions of different kinds, and end there.
     fn orbits(&self, energy: f64, tops: &[f64], into: &mut Vec<Orbit>) {
         let gap = (self.ends[1] - self.ends[0]) / PLACES as f64;
         let is_allowed = |q: f64| self.speed(q, energy).is_finite();
@@ -149,12 +156,24 @@ impl Plane {
         };
         let mut before: Option<f64> = None;
         let mut start: Option<(f64, bool)> = None;
-        let mut put = |[from, to]: [f64; 2], is_bound: bool| {
+        let mut put = |[from, to]: [f64; 2], [starts, ends]: [bool; 2]| {
+            let is_bound = starts && ends;
             // Close points where the velocity changes fast.
             let place = |at: usize| {
                 let angle = std::f64::consts::PI * at as f64 / POINTS as f64;
                 let q = 0.5 * (from + to) - 0.5 * (to - from) * angle.cos();
-                [q, if at == 0 || at == POINTS { self.speed(q, energy).max(0.0) } else { self.speed(q, energy) }]
+                let speed = self.speed(q, energy);
+                let rests = at == 0 && starts || at == POINTS && ends;
+                [
+                    q,
+                    if rests {
+                        0.0
+                    } else if at == 0 || at == POINTS {
+                        speed.max(0.0)
+                    } else {
+                        speed
+                    },
+                ]
             };
             let upper: Vec<[f64; 2]> = (0..=POINTS).map(place).filter(|[_, v]| v.is_finite()).collect();
             let lower = upper.iter().rev().map(|[q, v]| [*q, -v]);
@@ -171,20 +190,29 @@ impl Plane {
                 into.push(Orbit { energy, course, points: upper });
             }
         };
+        let mut put_all = |[from, to]: [f64; 2], [starts, ends]: [bool; 2]| {
+            let inside = tops.iter().copied().filter(|top| from + gap < *top && *top < to - gap);
+            let mut start = (from, starts);
+            for top in inside {
+                put([start.0, top], [start.1, true]);
+                start = (top, true);
+            }
+            put([start.0, to], [start.1, ends]);
+        };
         for q in self.places() {
             match (is_allowed(q), start, before) {
                 (true, None, None) => start = Some((q, false)),
                 (true, None, Some(before)) => start = Some((border(q, before), true)),
                 (false, Some((from, turns)), Some(before)) => {
-                    put([from, border(before, q)], turns);
+                    put_all([from, border(before, q)], [turns, true]);
                     start = None;
                 }
                 _ => {}
             }
             before = Some(q);
         }
-        if let (Some((from, _)), Some(last)) = (start, before) {
-            put([from, last], false);
+        if let (Some((from, turns)), Some(last)) = (start, before) {
+            put_all([from, last], [turns, false]);
         }
     }
 }

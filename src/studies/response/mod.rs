@@ -323,6 +323,19 @@ impl Study {
         &self.model
     }
 
+    /// The same over other places between the same ends.
+    #[must_use]
+    pub fn over(mut self, range: Range) -> Self {
+        self.request.range = range;
+        self
+    }
+
+    /// The frequencies.
+    #[must_use]
+    pub fn range(&self) -> &Range {
+        &self.request.range
+    }
+
     /// The number of frequencies.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -361,6 +374,24 @@ impl Study {
     pub fn in_doubles(&self, places: std::ops::Range<usize>) -> Vec<Option<Vec<Value>>> {
         let found = self.fixed.as_ref().and_then(|system| self.side_by_side(system, places.clone()));
         found.unwrap_or_else(|| vec![None; places.len()])
+    }
+
+    /// The response of each output at some places, with bounds that decide the digits asked for: in doubles where these suffice.
+    ///
+    /// # Errors
+    /// As [`Study::values`].
+    pub fn all_values(&self, places: std::ops::Range<usize>) -> Result<Vec<Vec<Value>>, ResponseError> {
+        let share = 0.5 * 10_f64.powi(-(self.request.digits as i32));
+        let is_enough = |value: &Value| match value {
+            Value::Known { amplitude, phase } => {
+                let angle = phase.as_ref().map_or(0.0, |phase| phase.radius);
+                amplitude.radius <= share * amplitude.mid_f64().abs() && angle <= share
+            }
+            Value::Infinite | Value::Undecided => false,
+        };
+        let quick = self.in_doubles(places.clone()).into_iter();
+        let quick = quick.map(|own| own.filter(|own| own.iter().all(is_enough)));
+        quick.zip(places).map(|(own, place)| own.map_or_else(|| self.values(place), Ok)).collect()
     }
 
     fn side_by_side(&self, system: &System, places: std::ops::Range<usize>) -> Option<Vec<Option<Vec<Value>>>> {
