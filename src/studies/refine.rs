@@ -42,7 +42,7 @@ pub fn refined<P, E>(
     let mut wanted: Vec<usize> = (0..count).map(|at| at * step).collect();
     let mut left = count + (MOST_FINER * count).max(FEW_FINER);
     let mut slack: Vec<f64> = Vec::new();
-    while !wanted.is_empty() {
+    while !wanted.is_empty() && left > 0 {
         wanted.truncate(left);
         left -= wanted.len();
         let made = make(&wanted)?.into_iter();

@@ -322,6 +322,14 @@ fn responses_go_through_their_peaks() {
     }
 }
 
+/// A resonance without damping leaves the picture, and its flanks do not take all of it.
+#[test]
+fn responses_without_damping_leave_the_picture() {
+    let model = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x^2 + y^2 + (x - y)^2)";
+    let svg = with_input(&["plot", "response", "-", "--input", "x", "--over", "omega=0..3:101"], model).out;
+    assert!(svg.contains("curves leave it near resonances") && svg.len() < 80_000, "{}", svg.len());
+}
+
 /// Labels of axes stand beside the longest number.
 #[test]
 fn labels_and_numbers_stand_apart() {
