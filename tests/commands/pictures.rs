@@ -334,7 +334,7 @@ fn responses_without_damping_leave_the_picture() {
 #[test]
 fn labels_and_numbers_stand_apart() {
     let circuit = "param L : H = 1e-3, C : F = 1e-6  coord q : C  T = 1/2*L*q'^2  V = q^2/(2*C)";
-    let svg = with_input(&["plot", "sweep", "-", "--over", "C=1..1.0001:5"], &circuit.replace("1e-6", "1e-6")).out;
+    let svg = with_input(&["plot", "sweep", "-", "--over", "C=1e-6..1.0001e-6:5"], circuit).out;
     let page = Document::parse(&svg).unwrap();
     let at = |node: &roxmltree::Node<'_, '_>| node.attribute("x").unwrap().parse::<f64>().unwrap();
     let all = || page.descendants().filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "text")));

@@ -26,8 +26,8 @@ Error ModelError {
         integral: Option<Span>,
         /// Where it can be declared as a coordinate, if its time derivative is used, and the declaration.
         coordinate: Option<Box<(u32, String)>>,
-        /// In `draw`: how a range is given to it as an index.
-        index: Option<String>,
+        /// In `draw`: what is drawn, and that with a range for it as an index.
+        index: Option<Box<(&'static str, String)>>,
     } => match later {
         Some(later) => at(*span, "used here")
             .with_secondary(*later, "declared only here")
@@ -39,7 +39,8 @@ Error ModelError {
             None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
                 at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
             }
-            None if index.is_some() => at(*span, "an index without a range").or_help(index.clone()),
+            None if index.is_some() => at(*span, "an index without a range")
+                .or_help(index.as_deref().map(|(drawn, ranged)| format!("name its range first: `draw {drawn} {ranged}`"))),
             None if integral.is_some() => at(*span, "outside of the integral")
                 .and_at(*integral, "a variable of this integral alone")
                 .with_help(format!("write what depends on `{name}` into the integral itself, not into a `let`")),

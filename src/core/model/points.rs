@@ -133,12 +133,12 @@ impl Elaborator<'_> {
                 let families = self.world.coordinate_families.iter().filter(|own| own.name == family);
                 let block = families.flat_map(|own| &own.grid.blocks).next().filter(|_| axis < 3);
                 let range = block.map_or("a..b".to_owned(), |own| format!("{}..{}", own.lower[axis], own.upper[axis]));
-                let help = format!("name its range first: `draw {} [{own} in {range}] {family}[…]`", drawn.as_str());
+                let ranged = format!("[{own} in {range}] {family}[…]");
                 for error in &mut self.errors[before..] {
                     if let ModelError::UndeclaredName { name, index, .. } = error
                         && name.as_str() == own
                     {
-                        *index = Some(help.clone());
+                        *index = Some(Box::new((drawn.as_str(), ranged.clone())));
                     }
                 }
             }
