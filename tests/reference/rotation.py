@@ -333,9 +333,9 @@ def charge_in_field():
 
 @exact(ROLLING, "no friction: growth is exactly 0 because omega^2 > 0; the heading and the turn of the disc are free, and it "
        "rests or rolls at any place", name="rolling/disc")
-def rolling_disc():
-    m, r, v = map(mpf, ("2", "0.5", "2"))
-    A, C = m * r**2 / 4, m * r**2 / 2
+def rolling_disc(m="2", r="0.5", v="2", rim=1):
+    m, r, v = map(mpf, (m, r, v))
+    A, C = rim * m * r**2 / 4, rim * m * r**2 / 2
 
     def L(q, u):
         x, y, psi, theta, phi = q
@@ -350,6 +350,19 @@ def rolling_disc():
     square_of = (C * (C + m * r**2) * (v / r) ** 2 - A * m * g * r) / (A * (A + m * r**2))
     closed = [ZERO] * 4 + squares(square_of)
     return family("x", "y", "psi", "theta", "phi"), [0] * 5, rolled(L, closed, [0] * 5, [v, 0, 0, 0, v / r], rolls)
+
+
+@exact(ROLLING, "no friction: growth is exactly 0 because omega^2 > 0; heading, turn and place are free", name="rolling/hoop")
+def rolling_hoop():
+    return rolling_disc("1.2", "0.4", "1.5", 2)
+
+
+@exact(ROLLING, "no friction: growth is exactly 0 because omega^2 > 0; it rests at the post at any heading", name="rolling/knife_edge")
+def knife_edge():
+    m, J, k = map(mpf, ("0.8", "0.05", "30"))
+    L = lambda q, u: (m * square(u[:2]) + J * u[2] ** 2 - k * square(q[:2])) / 2
+    slides = lambda q, u: [sin(q[2]) * u[0] - cos(q[2]) * u[1]]
+    return family("x", "y", "th"), [0] * 3, rolled(L, [ZERO] * 2 + squares(k / m), [0] * 3, None, slides)
 
 
 @exact(ROLLING, "no friction: growth is exactly 0 because omega^2 > 0; it rests at any place", name="rolling/skate_on_spring")
