@@ -110,6 +110,13 @@ fn resonances_are_those_of_one_cycle() {
     for period in ["2*pi", "3*pi", "4*pi"] {
         assert_eq!(mathieu(period), once, "{period}");
     }
+    // A motor makes x grow, whatever the drive does, which is far from every resonance.
+    let motor = found(
+        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 2*x^2 + 2*y^2
+         force x = x'/10 + y*cos(7*t)/1000  force y = -y'/10 - x*cos(7*t)/1000  period 2*pi/7",
+    );
+    let motor = motor.unwrap();
+    assert_eq!((motor.stable, motor.resonance, motor.frequencies.len()), (Some(false), None, 2));
 }
 
 /// A Mathieu oscillator u and another one v that is stable, in coordinates in which both are coupled.

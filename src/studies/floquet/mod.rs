@@ -148,14 +148,16 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     };
     let state = if rests { resting(point) } else { found.start };
     // Beside constraints not all of them are those of motions.
-    let frequencies =
-        if driven.tied.is_some() { Vec::new() } else { resonance::frequencies(&equations, period.mid_f64(), &state) };
+    let averaged = match driven.tied {
+        Some(_) => Default::default(),
+        None => resonance::frequencies(&equations, period.mid_f64(), &state),
+    };
     let stable = stable(&multipliers);
     let cycles = repeats.unwrap_or(1);
     Ok(Floquet {
         growth_rate: growth_rate(&multipliers, stable, &period),
         resonance: match stable {
-            Some(false) => resonance::resonance(&multipliers, &frequencies, period.mid_f64(), cycles),
+            Some(false) => resonance::resonance(&multipliers, &averaged, period.mid_f64(), cycles),
             Some(true) | None => None,
         },
         velocities: match state.get(n..) {
@@ -170,7 +172,7 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
         away: away(model, &numbers, &found.range),
         multipliers,
         stable,
-        frequencies,
+        frequencies: averaged.0,
         monodromy: found.monodromy,
     })
 }
