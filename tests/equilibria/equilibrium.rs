@@ -64,6 +64,16 @@ fn a_start_without_stiffness_is_left() {
     assert!((x - 1.0).abs() < 1e-15, "{x}");
 }
 
+/// The stiffness jumps where a contact begins: at 0, where the search starts, and below a guess.
+#[test]
+fn a_ball_comes_to_rest_on_a_contact() {
+    let ball = "param m = 0.5, g = 9.81, k = 2000  coord z  T = 1/2*m*z'^2  V = m*g*z + 1/2*k*((abs(z) - z)/2)^2";
+    for guess in ["", "guess z = 1", "guess z = 1e-3", "guess z = -2"] {
+        let z = found(&format!("{ball}  {guess}"))[0];
+        assert!((z + 0.5 * 9.81 / 2000.0).abs() < 1e-17, "{guess}: {z}");
+    }
+}
+
 /// Forces without a potential vanish at a point near the guess. The last is a zero of two polynomials (mpmath).
 #[test]
 fn forces_vanish_near_the_guess() {

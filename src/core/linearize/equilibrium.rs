@@ -145,6 +145,9 @@ const MOST_STEPS: usize = 300;
 const SHORT_STEP: f64 = 1e-6;
 const LONG_STEP: f64 = 0.25;
 
+/// Halvings of a step that goes too far.
+const HALVINGS: usize = 50;
+
 /// Double-double has about so many bits; what lies further apart goes to a radius.
 const BITS_OF_BALLS: usize = 128;
 
@@ -430,7 +433,13 @@ impl Search<'_> {
                 return Ok(Outcome::Rests(step, self.settle(at, metric)));
             }
             let Some(spectrum) = next.take().or_else(|| self.spectrum(at, metric)) else {
-                return Err(self.not_finite(at, "the stiffness"));
+                // The stiffness jumps where a contact begins: on to where less force acts.
+                let Some(trial) = self.along_force(at, metric, &force) else {
+                    return Err(self.not_finite(at, "the stiffness"));
+                };
+                force = self.weighted(&self.gradient(&trial), metric);
+                at.clone_from_slice(&trial);
+                continue;
             };
             let newton = spectrum.newton(&force);
             let mut accepted = false;
@@ -558,15 +567,25 @@ impl Search<'_> {
         moved
     }
 
-    /// Where Newton has no way on: steps along the force, both ways, from short to long.
+    /// Where Newton has no way on: steps along the force, both ways, from short to long; then to where it turns round downhill, as in
+    /// a contact.
     fn along_force(&self, at: &[Ball], metric: &DMatrix<f64>, force: &Force) -> Option<Vec<Ball>> {
         let unit = &force.vector / force.norm;
-        (-12..=12).find_map(|power| {
-            let length = 2.0_f64.powi(2 * power - 4);
-            [-length, length].into_iter().find_map(|length| {
-                let trial = self.moved(at, metric, &(&unit * length));
-                let there = self.weighted(&self.gradient(&trial), metric);
-                (there.finite && there.norm < 0.9 * force.norm).then_some(trial)
+        let moved = |length: f64| {
+            let trial = self.moved(at, metric, &(&unit * length));
+            let there = self.weighted(&self.gradient(&trial), metric);
+            (there.finite && there.norm < 0.9 * force.norm, there.vector.dot(&unit), trial)
+        };
+        let lengths = || (-12..=12).map(|power| 2.0_f64.powi(2 * power - 4));
+        let both = lengths().flat_map(|length| [-length, length]);
+        both.map(moved).find_map(|(is_less, _, trial)| is_less.then_some(trial)).or_else(|| {
+            let mut far = lengths().find(|length| moved(-length).1 < 0.0)?;
+            let mut near = 0.25 * far;
+            (0..HALVINGS).find_map(|_| {
+                let middle = 0.5 * (near + far);
+                let (is_less, along, trial) = moved(-middle);
+                *if along < 0.0 { &mut far } else { &mut near } = middle;
+                is_less.then_some(trial)
             })
         })
     }
