@@ -128,6 +128,17 @@ fn derivatives_under_conditions_on_velocities_are_those_of_certified_frequencies
         compared += compare(name, text);
     }
     assert!(compared > 100, "{compared}");
+    // What the front wheel of a bicycle carries changes with g, and nothing else does.
+    let bicycle = include_str!("../../models/rolling/bicycle.lag");
+    let (.., found) = sensitivity(bicycle);
+    let at = |g: &str| solve(&bicycle.replace("m/s^2 = 9.81", &format!("m/s^2 = {g}")), &[], 15).1;
+    let [down, up] = ["9.809", "9.811"].map(at);
+    for (mode, (down, up)) in
+        down.modes.iter().zip(&up.modes).enumerate().filter(|(_, (own, _))| own.kind != Kind::Zero)
+    {
+        let want = (up.omega - down.omega).mid_f64() / 2e-3;
+        assert!((found.omega[mode][1].unwrap().mid_f64() - want).abs() < 1e-6 * (1.0 + want.abs()), "{want}");
+    }
     // A place that forces move with the parameter is not followed under conditions on velocities.
     let text = "param k = 2, f = 1  coord x, y, th  T = 1/2*(x'^2 + y'^2 + th'^2)
         V = 1/2*k*th^2 - f*th + 1/2*y^2  constraint y'*cos(th) = x'*sin(th)  guess th = 0.5  guess y = 0";

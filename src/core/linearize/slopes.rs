@@ -166,10 +166,19 @@ impl Linearized {
     /// dq/dp under conditions on velocities: what is given moves as it is written, and the rest does not, where nothing depends on it or
     /// no force would move it; `None` elsewhere, and where the forces do not keep their balance.
     fn rolling_slope(&self, rolling: &Rolling, parameter: usize, values: &Values<Dual<Ball>>) -> Option<Vec<Ball>> {
-        let (slope, searched) = self.given_slopes(parameter)?;
+        let (mut slope, searched) = self.given_slopes(parameter)?;
         let order = slope.len();
         let mut force = self.force_slope(&slope, values)?;
         if force.iter().all(Ball::is_zero) {
+            return Some(slope);
+        }
+        // Where no more forces begin to act than there are multipliers these alone move.
+        let multipliers: Vec<usize> = (self.coordinates()..order).collect();
+        let acting: Vec<usize> = (0..order).filter(|i| !force[*i].is_zero()).collect();
+        if acting.len() == multipliers.len()
+            && let Some(moved) = self.balanced(&acting, &multipliers, &force)
+        {
+            multipliers.into_iter().zip(moved).for_each(|(i, moved)| slope[i] = moved);
             return Some(slope);
         }
         let held = rolling.reaction_slopes(&self.model, &self.moving(&slope), parameter)?;
