@@ -126,8 +126,11 @@ impl Ensemble {
             let moved: Vec<(usize, String)> =
                 (1..).zip(moved).filter_map(|(number, own)| Some((number, own?))).collect();
             if let Some((number, first)) = moved.first() {
-                let others =
-                    if moved.len() > 1 { format!("; so were {} others", moved.len() - 1) } else { String::new() };
+                let others = match moved.len() - 1 {
+                    0 => String::new(),
+                    1 => "; so was one other".to_owned(),
+                    more => format!("; so were {more} others"),
+                };
                 let _ = writeln!(AutoStream::auto(io::stderr()), "start {number}: {first}{others}");
             }
         }

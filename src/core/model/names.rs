@@ -191,7 +191,9 @@ impl Family {
         (*index == lower - 1 || *index == upper + 1).then(|| {
             let (first, last) = (lower.min(*index), upper.max(*index));
             let declared = format!("`coord {name}[{first}..{last}]` with `constraint {name}[{index}] = 0`");
-            format!("shorten the sum by a term; or, where the end is fixed, declare it as well: {declared}")
+            format!(
+                "where a sum goes too far, shorten it by a term; where the end is fixed, declare it as well: {declared}"
+            )
         })
     }
 

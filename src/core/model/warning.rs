@@ -51,7 +51,7 @@ Warning Warning {
     "W0005" NoRestoringForce(span) {
         /// The coordinate or family.
         name: String,
-    } => at(*span, "only its velocity occurs in the energies").with_help(
+    } => at(*span, "it occurs at most with its velocity").with_help(
         "it moves freely and has a mode of frequency zero; is a term of V missing?",
     ),
 
