@@ -5,7 +5,7 @@ use librate_core::derive::{Derivation, Independent, Motion, Reduced, Tangent};
 /// `constraints`, and how many say nothing new.
 pub(super) fn constraints_title(derivation: &Derivation) -> String {
     let constraints = derivation.constraints.as_ref();
-    match constraints.map_or(0, |own| own.dependent.len()) {
+    match constraints.map_or(0, |own| own.dependent) {
         0 => "constraints".to_owned(),
         1 => "constraints, not counting one that follows from them".to_owned(),
         count => format!("constraints, not counting {count} that follow from them"),

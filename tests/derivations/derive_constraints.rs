@@ -119,7 +119,7 @@ fn a_constraint_that_follows_from_others_has_no_multiplier() {
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let constraints = derivation.constraints.as_ref().unwrap();
     assert_eq!(constraints.names, ["lambda[1]"]);
-    assert_eq!(constraints.dependent, [1]);
+    assert_eq!(constraints.dependent, 1);
     assert_derives!(&derivation, frequencies = ["k*l^2/(1 + l^2)"]);
 }
 

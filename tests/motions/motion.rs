@@ -297,6 +297,21 @@ fn a_knife_edge_does_not_slide_down() {
     }
     assert!(found.energy_drift.unwrap() < 1e-20);
     assert_eq!(found.constraint_drift, Some(0.0));
+    // What follows from others is left out.
+    let ring = |more: &str| {
+        let text =
+            "coord a, b, c  T = a'^2 + b'^2 + c'^2  V = a^2 + b^2 + 3*c^2  constraint a' = -b'  constraint b' = -c'";
+        motion(&model(&format!("{text}{more}")), "a=1, b=-1, c=1", "3", 2).rows
+    };
+    assert_eq!(ring("  constraint a' = c'"), ring(""));
+    let edges = |more: &str| {
+        let text = "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = x^2 + y^2  constraint z' = y*x'";
+        motion(&model(&format!("{text}{more}")), "x=1, y=2, y'=1", "3", 2).rows
+    };
+    assert_eq!(edges("  constraint 2*z' = 2*y*x'"), edges(""));
+    let line = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2  constraint x = 3*y + 1";
+    let found = motion(&model(&format!("{line}  constraint x' = 3*y'")), "x=2", "3", 2).rows;
+    assert_eq!(found, motion(&model(line), "x=2", "3", 2).rows);
     // Single steps in doubles of few digits leave the circle.
     let circle = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = y  constraint x^2 + y^2 = 1  guess y = -1");
     let system = System::new(&circle).unwrap();

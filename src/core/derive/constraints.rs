@@ -31,17 +31,17 @@ pub struct Constraints {
     pub names: Vec<String>,
     /// What is set to zero.
     pub expressions: Vec<ExprId>,
-    /// The numbers of the constraints that follow from the others, which have no multiplier.
-    pub dependent: Vec<usize>,
+    /// How many follow from the others, and have no multiplier.
+    pub dependent: usize,
 }
 
 impl Constraints {
-    pub(super) fn new(tied: Option<&Tied>, rolling: &Rolling) -> Option<Self> {
+    pub(super) fn new(tied: Option<&Tied>, rolling: &Rolling, redundant: usize) -> Option<Self> {
         let mut expressions = tied.map_or_else(Vec::new, Tied::expressions);
         let mut names = tied.map_or_else(Vec::new, Tied::names);
         expressions.extend(&rolling.expressions);
         names.extend(rolling.names.iter().cloned());
-        let dependent = tied.map_or_else(Vec::new, |tied| tied.dependent.clone());
+        let dependent = redundant + tied.map_or(0, |tied| tied.dependent.len());
         (!expressions.is_empty()).then_some(Self { names, expressions, dependent })
     }
 }

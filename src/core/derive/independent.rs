@@ -358,6 +358,7 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
 /// # Errors
 /// Those of [`linearize::linearize`] for the model as it is.
 pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
+    let model = if model.rolling.is_empty() { model } else { linearize::integrated(&model).into_owned() };
     if model.rolling.is_empty() {
         return linearize::linearize(model);
     }
@@ -376,16 +377,22 @@ pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
         let is_decided = reduced.is_some() && model.constraints.is_empty();
         reduced.and_then(|reduced| linearize::linearize(reduced).ok()).ok_or(match error {
-            // Conditions may carry what no place is free of.
-            LinearizeError::NoEquilibrium { .. } | LinearizeError::EquilibriumNotFound { .. } => {
-                LinearizeError::RollingNotCovered { reason: NOWHERE, span }
-            }
             LinearizeError::NotAnEquilibrium { .. } if !is_decided => {
                 LinearizeError::RollingNotCovered { reason: LOADED, span }
             }
-            error => error,
+            error => may_be_carried(&model, error),
         })
     })
+}
+
+/// What an error says of a model whose conditions on velocities may carry what no place is free of.
+pub(super) fn may_be_carried(model: &Model, error: LinearizeError) -> LinearizeError {
+    match (error, model.rolling.first()) {
+        (LinearizeError::NoEquilibrium { .. } | LinearizeError::EquilibriumNotFound { .. }, Some(own)) => {
+            LinearizeError::RollingNotCovered { reason: NOWHERE, span: own.span }
+        }
+        (error, _) => error,
+    }
 }
 
 /// The equations in independent velocities of a model whose conditions are solved by dividing through nothing that moves, so that
@@ -395,6 +402,7 @@ pub fn without_multipliers(model: &Model) -> Option<(Pool, Independent)> {
     if model.rolling.is_empty() || !model.constraints.is_empty() {
         return None;
     }
+    let model = linearize::without_dependent(model);
     let model = model.assumed();
     let variables = Variables::new(&model);
     let checker = Checker::new(&model);

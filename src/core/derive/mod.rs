@@ -368,7 +368,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             | LinearizeError::ConstraintBroken { .. }
             | LinearizeError::ConstraintsContradict { .. }),
         ) if model.rolling.is_empty() => return Err(error),
-        Err(error) => (with_multipliers.pool.clone(), Err(error)),
+        Err(error) => (with_multipliers.pool.clone(), Err(independent::may_be_carried(model, error))),
     };
     let pool = &mut Algebra::new(&mut whole);
     let checker = Checker::new(model);
@@ -398,7 +398,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         symbols,
         assumptions: model.assumptions.clone(),
         rates: rates.filter_map(|(coordinate, rate)| Some((coordinate.name(), rate?.symbolic))).collect(),
-        constraints: Constraints::new(tied.as_ref(), &rolling),
+        constraints: Constraints::new(tied.as_ref(), &rolling, model.redundant.len()),
         ..Derivation::of_matrices(Pool::default(), model, names, linear)
     };
     if parts.equations || parts.energy || parts.equilibria {

@@ -9,7 +9,7 @@
 
 use super::elimination::Elimination;
 use super::parameters::{Formulas, known_values};
-use crate::expr::ExprId;
+use crate::expr::{ExprId, Pool};
 use crate::model::{Local, Model, TermFamily};
 use crate::precision::{self, Ball, Big, Complex, Eliminated, Enclosure, Scalar, clear_column};
 
@@ -77,38 +77,42 @@ pub fn independent_constraints(model: &Model) -> Vec<ExprId> {
     kept.into_iter().filter_map(|number| model.constraints.get(number)).map(|own| own.expression).collect()
 }
 
-/// Which constraints have gradients that are independent of those before them, at random points.
-///
-/// A row that is a combination of others at a random point is so everywhere, whatever signs roots have: the constraint is a
-/// function of the others. (What is drawn modulo a prime of 61 bits misses an independent row once in 1e18.)
+/// Which constraints have gradients that are independent of those before them, and which follow from these.
 fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
-    let count = model.constraints.len();
     let known = known_values(model);
     let bodies: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
     let bodies = model.pool.substitute(&bodies, &known);
     let Model { pool, symbols, .. } = &mut *model;
     let gradients: Vec<Vec<(usize, ExprId)>> = bodies.iter().map(|body| symbols.slopes(pool, *body)).collect();
-    let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
+    let follows = depend(pool, &gradients);
     // One without a value follows from nothing, which is told where it is evaluated.
-    let mut follows: Vec<bool> = bodies.iter().map(|body| !model.pool.is_undefined(*body)).collect();
-    let mut is_seen = false;
-    for values in model.pool.points_at_random(&all, 1) {
-        is_seen = true;
+    (0..bodies.len()).partition(|number| !follows[*number] || pool.is_undefined(bodies[*number]))
+}
+
+/// Which rows are combinations of those before them, at random points; none where all together are too much work.
+///
+/// A row that is a combination of others at a random point is so everywhere, whatever signs roots have: the constraint is a
+/// function of the others. (What is drawn modulo a prime of 61 bits misses an independent row once in 1e18.)
+pub(super) fn depend(pool: &Pool, rows: &[Vec<(usize, ExprId)>]) -> Vec<bool> {
+    let all: Vec<ExprId> = rows.iter().flatten().map(|(_, entry)| *entry).collect();
+    let mut depend: Option<Vec<bool>> = None;
+    for values in pool.points_at_random(&all, 1) {
         let mut values = values.into_iter();
         let mut elimination = Elimination::default();
-        for (gradient, follows) in gradients.iter().zip(&mut follows) {
+        let depend = depend.get_or_insert_with(|| vec![true; rows.len()]);
+        for (row, depends) in rows.iter().zip(depend.iter_mut()) {
             // In order, which slopes come in.
-            let row = gradient.iter().zip(&mut values).map(|((place, _), value)| (*place as u32, value));
+            let row = row.iter().zip(&mut values).map(|((place, _), value)| (*place as u32, value));
             match elimination.add(row.filter(|(_, value)| *value != 0).collect()) {
-                Some(is_new) => *follows &= !is_new,
-                None => return ((0..count).collect(), Vec::new()),
+                Some(is_new) => *depends &= !is_new,
+                None => return vec![false; rows.len()],
             }
         }
-        if !follows.contains(&true) {
+        if !depend.contains(&true) {
             break;
         }
     }
-    (0..count).partition(|number| !(is_seen && follows[*number]))
+    depend.unwrap_or_else(|| vec![false; rows.len()])
 }
 
 /// What is less beside the largest entry of its row follows no others where they may follow it.

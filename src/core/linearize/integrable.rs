@@ -5,21 +5,98 @@
 
 use std::borrow::Cow;
 
+use nalgebra::DVector;
+
+use super::assemble::evaluate_closed;
+use super::constrained::depend;
 use super::elimination::Elimination;
+use super::parameters::known_values;
 use super::rows::{Rows, eliminate};
 use super::symbolic::stated;
 use crate::expr::{ExprId, Pool, Seeds, Symbol};
 use crate::model::{Constraint, Model, SymbolKind, along_path};
 use crate::order::Order;
 
+/// The model without those conditions that follow from constraints and other conditions everywhere. Of several that say the same those
+/// are kept that are farthest from saying so where the search starts: of three components of rolling not that across the surface there.
+#[must_use]
+pub fn without_dependent(model: &Model) -> Cow<'_, Model> {
+    if model.rolling.is_empty() {
+        return Cow::Borrowed(model);
+    }
+    let mut pool = model.pool.clone();
+    let (known, held, n) = (known_values(model), model.constraints.len(), model.coordinates.len());
+    // Slopes by velocities, and behind these what is without velocities.
+    let mut rows: Vec<Vec<(usize, ExprId)>> = Vec::new();
+    for (at, own) in model.constraints.iter().chain(&model.rolling).enumerate() {
+        let own = pool.substitute_one(own.expression, &known);
+        let mut row = if at < held {
+            model.symbols.slopes(&mut pool, own)
+        } else {
+            model.symbols.velocity_slopes(&mut pool, own)
+        };
+        let rest = match model.time().filter(|_| at < held) {
+            Some(time) => pool.diff(own, time),
+            None if at < held => pool.zero(),
+            None => model.at_rest(&mut pool, own),
+        };
+        row.push((n, rest));
+        rows.push(row);
+    }
+    if !depend(&pool, &rows)[held..].contains(&true) {
+        return Cow::Borrowed(model);
+    }
+    let order = from_others(model, &mut pool, &rows);
+    let sorted: Vec<Vec<(usize, ExprId)>> = order.iter().map(|at| rows[*at].clone()).collect();
+    let depends = depend(&pool, &sorted);
+    let follows: Vec<usize> =
+        order.into_iter().zip(depends).filter(|(_, depends)| *depends).map(|(at, _)| at).collect();
+    let mut model = model.clone();
+    for at in (0..model.rolling.len()).rev().filter(|at| follows.contains(&(held + at))) {
+        model.redundant.push(model.rolling.remove(at));
+    }
+    Cow::Owned(model)
+}
+
+/// Rows, constraints first, by how far each is from depending on those before it where the search starts, in doubles.
+fn from_others(model: &Model, pool: &mut Pool, rows: &[Vec<(usize, ExprId)>]) -> Vec<usize> {
+    let (n, held) = (model.coordinates.len(), model.constraints.len());
+    let place = model.coordinates.iter().map(|own| own.symbol).zip(stated(model, true));
+    let place: Substitution = place.chain(model.time().map(|time| (time, pool.zero()))).gather();
+    let known = known_values(model);
+    let mut number = |e: ExprId| {
+        let here = pool.substitute_one(e, &place);
+        let here = pool.substitute_one(here, &known);
+        evaluate_closed::<f64>(pool, here, ()).filter(|x| x.is_finite()).unwrap_or(0.0)
+    };
+    let mut left: Vec<(usize, DVector<f64>)> = Vec::new();
+    for (at, row) in rows.iter().enumerate() {
+        let mut dense = DVector::zeros(n);
+        row.iter().filter(|(i, _)| *i < n).for_each(|(i, e)| dense[*i] = number(*e));
+        left.push((at, dense));
+    }
+    let mut order = Vec::with_capacity(rows.len());
+    // What differs by rounding stays in order.
+    let rank = |(at, row): &(usize, DVector<f64>)| (*at < held, (row.norm().ln() * 1e6).round());
+    while let Some(next) = (0..left.len()).reduce(|a, b| if rank(&left[b]) > rank(&left[a]) { b } else { a }) {
+        let (at, own) = left.remove(next);
+        order.push(at);
+        if let Some(own) = own.try_normalize(0.0) {
+            left.iter_mut().for_each(|(_, other)| other.axpy(-own.dot(other), &own, 1.0));
+        }
+    }
+    order
+}
+
 /// Conditions whose coefficients are the gradient of a function, and those that are with a multiple of another one, integrated:
-/// relations of the coordinates that hold where the search starts. The others are left as they are, and those whose integral is not known.
+/// relations of the coordinates that hold where the search starts. The others are left as they are, and those whose integral is not known;
+/// those that follow from others are left out.
 #[must_use]
 pub fn integrated(model: &Model) -> Cow<'_, Model> {
     if model.rolling.is_empty() {
         return Cow::Borrowed(model);
     }
-    let mut model = model.clone();
+    let mut model = without_dependent(model).into_owned();
     let driven: Vec<bool> = model.with_pool(|model, pool| {
         model.rolling.iter().map(|own| !model.at_rest(pool, own.expression).is_zero()).collect()
     });

@@ -75,7 +75,7 @@ pub use equilibrium::{Equilibrium, Origin, short};
 pub use error::{Feature, Inertia, LinearizeError};
 pub(crate) use facts::Variable;
 pub(crate) use flow::Flow;
-pub use integrable::integrated;
+pub use integrable::{integrated, without_dependent};
 pub(crate) use invariance::{Bodies, Invariance};
 pub(crate) use massless::may_be_singular;
 pub(crate) use multipliers::{Eliminated, eliminate};

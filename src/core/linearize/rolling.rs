@@ -16,7 +16,7 @@
 //! All of this is done in symbols, and evaluated at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is
 //! integrated here.*
 
-use super::assemble::Assembly;
+use super::assemble::{Assembly, evaluate_closed};
 use super::by_hand;
 use super::constrained::{self, Tangent};
 use super::elimination::nullspace_mod;
@@ -42,6 +42,8 @@ const DRAWN: f64 = 0.703125;
 
 /// Why a family of equilibria is not covered.
 const NOT_TOLD: &str = "which of them can be integrated is not told";
+const ELSEWHERE: &str = "they keep a relation of the coordinates, and whether the place found obeys that of the `guess` is not told; \
+    give the place meant with `equilibrium`";
 const NOT_SINGLE: &str = "the family of steady motions that they leave is not one of single coordinates";
 
 /// The linearised model in symbols, for the coordinates that the others follow.
@@ -295,6 +297,18 @@ fn place(model: &Model, pool: &Pool, point: &[ExprId]) -> Substitution {
     place
 }
 
+/// Whether a place is that of the guesses, as far as there are any: relations of the coordinates that hold there hold here.
+fn rests_where_guessed(model: &Model, at: &[Ball]) -> bool {
+    let start = symbolic::stated(model, true).into_iter().zip(at).zip(model.equilibria.iter());
+    let known = known_values(model);
+    let mut pool = model.pool.clone();
+    let mut meets = |start, at: &Ball| {
+        let start = pool.substitute_one(start, &known);
+        evaluate_closed::<Ball>(&pool, start, ()).is_none_or(|start| (start - *at).contains_zero())
+    };
+    !model.guesses.any() || start.filter(|(_, given)| given.is_none()).all(|((start, at), _)| meets(start, at))
+}
+
 /// Columns of rows, counted from the one behind `first`.
 fn behind(rows: &[Vec<ExprId>], first: usize, columns: &[usize]) -> Rows {
     rows.iter().map(|row| columns.iter().map(|i| row[first + i]).collect()).collect()
@@ -355,6 +369,9 @@ impl SymbolicRolling {
         let feeds_back = masked(pool, &feeds_back, &acting);
         let zeros = not_integrable(model, pool, &bound, visible)
             .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
+        if zeros < model.rolling.len() && !rests_where_guessed(model, at) {
+            return Err(refused(ELSEWHERE));
+        }
         // A family of equilibria moves these alone; those that act on the others have exponents of their own.
         let is_acting = |i: &usize| place(i).is_some_and(|at| acting[at]);
         let (alive, mut moved): (Vec<usize>, Vec<usize>) = candidates.iter().partition(|i| is_acting(i));

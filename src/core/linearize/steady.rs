@@ -13,10 +13,14 @@ use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Constraint, Local, Model, TermFamily};
 use crate::span::Span;
 
+/// Why a steady motion under conditions on velocities is not covered.
+const TURNS: &str = "they depend on a coordinate that turns at a constant rate";
+
 /// Puts the rates of steady motions into all energies.
 ///
 /// # Errors
-/// [`LinearizeError::NotCyclic`] for a coordinate that an energy depends on.
+/// [`LinearizeError::NotCyclic`] for a coordinate that an energy depends on, [`LinearizeError::RollingNotCovered`] where a condition on
+/// velocities does.
 pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     if !model.rates.any() {
         return Ok(());
@@ -166,6 +170,10 @@ fn check_cyclic(
     for constraint in changing {
         let slope = pool.diff(constraint.expression, symbol);
         if !pool.vanishes(slope) {
+            if model.rolling.contains(constraint) {
+                model.pool = pool;
+                return Err(LinearizeError::RollingNotCovered { reason: TURNS, span: constraint.span });
+            }
             cyclic = false;
             place = Some(constraint.span);
             tied = tied.or_else(|| rate_beside(model, &mut pool, constraint, coordinate));

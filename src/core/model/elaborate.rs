@@ -391,6 +391,7 @@ impl<'a> Elaborator<'a> {
             constraints,
             assumptions: self.world.assumptions,
             rolling,
+            redundant: Vec::new(),
             follow: Vec::new(),
             period,
             time_dependent,

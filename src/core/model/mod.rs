@@ -157,6 +157,8 @@ pub struct Model {
     pub assumptions: Vec<Assumption>,
     /// The constraints on velocities, integrable or not.
     pub rolling: Vec<Constraint>,
+    /// Those of them that were left out, as they follow from others.
+    pub redundant: Vec<Constraint>,
     /// The coordinates that are left out where this is a larger model in independent velocities: they follow by its conditions.
     pub follow: Vec<String>,
     /// The `period` statement: the period and its place.

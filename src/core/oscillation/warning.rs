@@ -4,6 +4,7 @@ use super::{NormalModes, Stability};
 use crate::diagnostic::{Diagnostic, at};
 use crate::linearize::{Linearized, Origin, Shape, Structure};
 use crate::mistakes;
+use crate::model::Model;
 use crate::modes::{Kind, Options};
 use crate::order::Order;
 use crate::span::Span;
@@ -131,12 +132,13 @@ pub fn never_reached(linearized: &Linearized) -> Option<Warning> {
 }
 
 fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
-    let constraints = &linearized.model().constraints;
-    let dependent = linearized.dependent_constraints().iter();
+    let Model { constraints, rolling, redundant, .. } = linearized.model();
+    let all = || constraints.iter().chain(rolling).chain(redundant);
+    let dependent = linearized.dependent_constraints().iter().filter_map(|number| constraints.get(*number));
     dependent
-        .filter_map(|number| constraints.get(*number))
+        .chain(redundant)
         .map(|own| Warning::DependentConstraint {
-            one_of_several: constraints.iter().filter(|other| other.span == own.span).count() > 1,
+            one_of_several: all().filter(|other| other.span == own.span).count() > 1,
             span: own.span,
         })
         .collect()

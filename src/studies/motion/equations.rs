@@ -10,7 +10,7 @@ use crate::mechanics::{Mechanics, energy};
 use crate::source;
 use librate_core::derive::{Algebra, Motion, without_multipliers};
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
-use librate_core::linearize::{independent_constraints, known_values};
+use librate_core::linearize::{independent_constraints, known_values, without_dependent};
 use librate_core::model::{Model, SymbolKind};
 use librate_core::precision::{Matrix, Scalar};
 
@@ -79,6 +79,7 @@ impl<'a> Written<'a> {
             return Err(MotionError::TooLarge { terms, most: MOST_TERMS });
         }
         let known = known_values(model);
+        let conditions = &without_dependent(model).rolling;
         let mut mechanics = Mechanics::new(model, model.pool.clone(), &known);
         let equations = mechanics.equations();
         let (mut mass, mut inertia) = (Vec::new(), Vec::new());
@@ -93,7 +94,7 @@ impl<'a> Written<'a> {
         let (mut gradients, mut slopes) = (Vec::new(), Vec::new());
         let (mut bends, mut rates) = (Vec::new(), Vec::new());
         let holonomic = constraints.iter().map(|own| (*own, false));
-        for (a, (own, rolls)) in holonomic.chain(model.rolling.iter().map(|own| (own.expression, true))).enumerate() {
+        for (a, (own, rolls)) in holonomic.chain(conditions.iter().map(|own| (own.expression, true))).enumerate() {
             // A condition on velocities is kept as it is: c stands for nothing, and c' for the condition.
             let (own, rate) = if rolls {
                 let rate = mechanics.pool.substitute_one(own, &known);
@@ -110,7 +111,7 @@ impl<'a> Written<'a> {
             bends.push(mechanics.rate(rate, &own));
         }
         let count = rates.len();
-        let nothing = vec![mechanics.pool.zero(); model.rolling.len()];
+        let nothing = vec![mechanics.pool.zero(); conditions.len()];
         let surface = [constraints, nothing, rates].concat();
         let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
         let constant = !moves(model, &pool, time, &[&inertia[..], &slopes].concat());
@@ -118,7 +119,7 @@ impl<'a> Written<'a> {
         let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
         shorten(&mut pool, &mut outputs, most);
         // A condition with a part without velocities, as a moving belt, does work.
-        let idle = model.rolling.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
+        let idle = conditions.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
         let energy = conserved.then(|| energy(&mut pool, lagrangian, &equations, &velocities));
         Ok(Self {
