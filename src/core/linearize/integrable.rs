@@ -13,9 +13,9 @@ use super::elimination::Elimination;
 use super::parameters::known_values;
 use super::rows::{Rows, eliminate};
 use super::symbolic::stated;
-use crate::expr::{ExprId, Pool, Seeds, Symbol};
+use crate::expr::{ExprId, Pool, Seeds, Substitution, Symbol};
 use crate::model::{Constraint, Model, SymbolKind, along_path};
-use crate::order::Order;
+use crate::order::{Gather, Order};
 
 /// The model without those conditions that follow from constraints and other conditions everywhere. Of several that say the same those
 /// are kept that are farthest from saying so where the search starts: of three components of rolling not that across the surface there.
