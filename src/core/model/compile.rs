@@ -115,7 +115,7 @@ impl<'a> Compiler<'a> {
         // What moves is a coordinate of its own, unless it is one in another notation.
         let is_own = nearest.as_ref().is_none_or(|own| !own.is_certain && !own.text.ends_with('\''));
         let integral = if few && is_own { self.integral_over(name) } else { None };
-        let coordinate = if few && is_own { self.missing_coordinate(name, span) } else { None };
+        let coordinate = if few && is_own { self.missing_coordinate(name, span, scope) } else { None };
         let again = |error: &ModelError| matches!(error, ModelError::UndeclaredName { name: own, coordinate: Some(_), .. } if own == name);
         if coordinate.is_some() && self.errors.iter().any(again) {
             return;
@@ -413,7 +413,11 @@ impl<'a> Compiler<'a> {
             span: function.span,
             nearest,
             quantity,
-            member: self.member_called(&function.text, arguments, scope).map(|member| (call, member)),
+            has_one: arguments.len() == 1,
+            member: self
+                .member_called(&function.text, arguments, scope)
+                .or_else(|| self.multiplied(&function.text, arguments, call))
+                .map(|meant| (call, meant)),
         });
     }
 

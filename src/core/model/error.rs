@@ -24,8 +24,8 @@ Error ModelError {
         later: Option<Span>,
         /// The integral elsewhere that has it for its variable.
         integral: Option<Span>,
-        /// Where it can be declared as a coordinate, if its time derivative is used, and the declaration.
-        coordinate: Option<Box<(u32, String)>>,
+        /// How it can be declared as a coordinate, if its time derivative is used.
+        coordinate: Option<Box<MissingCoordinate>>,
         /// In `draw`: what is drawn, and that with a range for it as an index.
         index: Option<Box<(&'static str, String)>>,
     } => match later {
@@ -33,7 +33,9 @@ Error ModelError {
             .with_secondary(*later, "declared only here")
             .with_help(format!("move the declaration of `{name}` before its first use")),
         None => match coordinate.as_deref() {
-            Some((place, declaration)) => at(*span, "unknown name")
+            Some(MissingCoordinate { declaration, members, .. }) if !members.is_empty() => at(*span, "unknown name")
+                .with_help(format!("declare `{declaration}` in place of {}", members.join(", "))),
+            Some(MissingCoordinate { declaration, place, .. }) => at(*span, "unknown name")
                 .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `{declaration}`"))
                 .replacing(Span::new(*place, *place), format!("{declaration}\n")),
             None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
@@ -62,7 +64,9 @@ Error ModelError {
         nearest: Option<Meant>,
         /// Whether the name is a declared quantity, so that a `*` is missing.
         quantity: bool,
-        /// The call and the member that is meant by it.
+        /// Whether it has one argument.
+        has_one: bool,
+        /// The call and the member or product that is meant by it.
         member: Option<(Span, String)>,
     } => match function_elsewhere(name) {
         _ if member.is_some() => {
@@ -72,7 +76,9 @@ Error ModelError {
         _ if *quantity => at(*span, "not a function")
             .with_help(format!("`{name}` is a quantity; to multiply, write `{name}*(…)`")),
         Some(own) => at(*span, "not a function").with_help(own),
-        None => at(*span, "not a function").or_meant(*span, nearest.as_ref()),
+        None => at(*span, "not a function")
+            .or_help(has_one.then(|| format!("if `{name}` is a quantity, declare it and write `{name}*(…)`")))
+            .or_meant(*span, nearest.as_ref()),
     },
 
     /// `Cos[phi]`
@@ -493,6 +499,18 @@ Error ModelError {
 }
 }
 
+/// A coordinate that is used and not declared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MissingCoordinate {
+    /// Its declaration.
+    pub declaration: String,
+    /// Where the declaration belongs.
+    pub place: u32,
+    /// Coordinates that are declared one by one in place of its members.
+    pub members: Vec<String>,
+}
+
 impl From<DimensionError> for ModelError {
     fn from(error: DimensionError) -> Self {
         Self::Dimension(Box::new(error))
@@ -548,7 +566,7 @@ fn index_words(available: usize) -> String {
 /// What to write for a unit in an expression that is nothing else: `30*pi/180` for `30*deg`.
 fn unit_in_expression(name: &str, nearest: Option<&Meant>) -> Option<String> {
     const OFTEN: [&str; 10] = ["kg", "mm", "cm", "km", "rad", "deg", "rpm", "Hz", "kN", "eV"];
-    let is_other = nearest.is_some_and(|own| own.is_certain || own.text.contains('*'));
+    let is_other = nearest.is_some_and(|own| own.is_certain || own.text.contains(['*', ':']));
     let factor = in_si(name).filter(|_| OFTEN.contains(&name) && !is_other)?;
     Some(match factor.strip_prefix('*') {
         Some(factor) => format!(
@@ -585,6 +603,7 @@ fn function_elsewhere(name: &str) -> Option<&'static str> {
         "diff" | "dot_product" | "derivative" | "ddt" => {
             "the time derivative is written `x'`, the product of vectors `dot(u, v)`"
         }
+        "array" | "vector" | "matrix" | "vec" => "a vector is written `[x, y]`, a matrix `[[a, b], [c, d]]`",
         "length" | "magnitude" => "the length of a vector is `norm`",
         "fabs" => "write `abs`",
         "product" | "prod" => "there are only sums",

@@ -2,17 +2,25 @@
 //!
 //! Only mistakes are examined here; a right model never comes this way.
 
-use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::names::{Entity, Family, key};
+use super::{MissingCoordinate, ModelError};
 use crate::diagnostic::{Meant, factors_in};
 use crate::order::Order;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, GREEK, IndexKind, Member, Name, function_meant, is_derivative, print_expr};
+use crate::syntax::{
+    ExprKind, ExprRef, FUNCTIONS, GREEK, IndexKind, Member, Name, function_meant, is_derivative, print_expr,
+};
 
 /// What stands for the time derivative of a coordinate, whose name is the `*`.
 const DOTS: [&str; 13] =
     ["*_dot", "*dot", "*Dot", "d*_dt", "*_prime", "*_d", "*_t", "*_p", "*p", "dot_*", "d_*", "d*", "D*"];
+
+/// Longer products are not written out.
+const LONGEST_SHOWN: usize = 60;
+
+/// The first functions, which take a number.
+const OF_A_NUMBER: usize = 14;
 
 /// How a name reads aloud: Greek letters by name, underscores left out.
 fn spelling(name: &str) -> String {
@@ -31,6 +39,11 @@ fn spelling(name: &str) -> String {
         out.push_str(GREEK.iter().find(|(_, _, own)| *own == text).map_or(text, |(own, _, _)| own));
     }
     out
+}
+
+/// Whether two names differ by case and by how letters are spelt alone.
+fn is_same(one: &str, other: &str) -> bool {
+    spelling(one).to_lowercase() == spelling(other).to_lowercase()
 }
 
 /// Whether two names are Greek letters, maybe with numbers behind them: `psi1` is no slip of the pen for `phi1`.
@@ -91,12 +104,16 @@ impl Compiler<'_> {
             let is_certain = near.is_certain && !are_greek(name, &near.text);
             Some(Meant { text: format!("{}{behind}", near.text), is_certain })
         };
+        let alike = || known.iter().find(|own| is_same(own, name)).map(|own| Meant::guess(format!("{own}{behind}")));
         same(name)
             .or_else(|| self.member_by_index(name, indices, scope))
             .or_else(|| matches!(name, "π" | "Pi" | "PI").then(|| "pi".to_owned()))
             .map(Meant::certain)
             .or_else(velocity)
             .or_else(|| single().map(Meant::certain))
+            .or_else(alike)
+            .or_else(|| self.called(name).filter(|_| indices.is_empty()).map(Meant::guess))
+            .or_else(|| self.index_of_none(name, scope).filter(|_| indices.is_empty()).map(Meant::guess))
             .or_else(|| self.product(name).filter(|_| indices.is_empty()).map(Meant::guess))
             .or_else(near)
     }
@@ -106,6 +123,22 @@ impl Compiler<'_> {
         let (head, index) = name.rsplit_once('_').filter(|_| indices.is_empty())?;
         let is_family = self.entity(head).and_then(|own| self.rank(own)) == Some(1);
         (is_family && scope.find(index).is_some()).then(|| format!("{head}[{index}]"))
+    }
+
+    /// `x[i]` for `x_i` where `i` is an index and nothing is called `x`.
+    fn index_of_none(&self, name: &str, scope: &Scope) -> Option<String> {
+        let (head, index) = name.rsplit_once('_')?;
+        let is_free = !head.is_empty() && self.entity(head).is_none() && scope.find(head).is_none();
+        (is_free && scope.find(index).is_some()).then(|| format!("{head}[{index}]"))
+    }
+
+    /// `cos(phi)` for `cosphi`.
+    fn called(&self, name: &str) -> Option<String> {
+        FUNCTIONS.into_iter().take(OF_A_NUMBER).find_map(|function| {
+            let argument = name.strip_prefix(function)?;
+            self.entity(argument).and_then(|own| self.rank(own)).filter(|rank| *rank == 0)?;
+            Some(format!("{function}({argument})"))
+        })
     }
 
     fn rank(&self, entity: Entity) -> Option<usize> {
@@ -158,6 +191,23 @@ impl Compiler<'_> {
         }
         let written: Vec<String> = arguments.iter().map(|own| print_expr(self.file, *own)).collect();
         (rank > 0 && rank == arguments.len()).then(|| format!("{name}[{}]", written.join(", ")))
+    }
+
+    /// `k*(x - l)` for `k(x - l)`, where `k` is a parameter; `k(x)` may be meant to depend on `x`, and `1/k(x - l)` to divide by all of it.
+    pub(super) fn multiplied(&self, name: &str, arguments: &[ExprRef], call: Span) -> Option<String> {
+        let [only] = arguments else { return None };
+        let Some(Entity::Parameter(family)) = self.entity(name) else { return None };
+        let is_single = self.world.parameter_families.get(family).is_some_and(|own| own.grid.rank == 0);
+        let is_sum =
+            matches!(self.file.expr(*only).kind, ExprKind::Sum(_) | ExprKind::Product(_) | ExprKind::Power { .. });
+        let begins = |own: ExprRef| self.file.expr(own).span.start == call.start;
+        let is_bound = self.file.expressions.iter().any(|own| match own.kind {
+            ExprKind::Product(factors) => factors.iter().any(|own| own.inverted() && begins(own.value())),
+            ExprKind::Power { exponent, .. } => begins(exponent),
+            _ => false,
+        });
+        let text = format!("{name}*({})", print_expr(self.file, *only));
+        (is_single && is_sum && !is_bound && text.len() <= LONGEST_SHOWN).then_some(text)
     }
 
     /// An operand that a prime may follow.
@@ -315,15 +365,23 @@ impl Compiler<'_> {
 
     /// The declaration of a coordinate that is missing, and where it belongs: before the statement at a place that uses it, if
     /// its time derivative is used somewhere in the file.
-    pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<Box<(u32, String)>> {
+    pub(super) fn missing_coordinate(&self, name: &str, span: Span, scope: &Scope) -> Option<Box<MissingCoordinate>> {
         // `x_j` and `x4` may be members that `x` does not have.
         let stem = name.split('_').next().unwrap_or(name).trim_end_matches(|c: char| c.is_ascii_digit());
-        if stem != name && self.entity(stem).is_some() {
+        let is_member = name.rsplit_once('_').is_some_and(|(_, index)| scope.find(index).is_some());
+        if is_member || stem != name && self.entity(stem).is_some() {
+            return None;
+        }
+        // `ltheta'` for `l*theta'`, `cosphi'`
+        let is_coordinate = |own: &str| matches!(self.entity(own), Some(Entity::Coordinate(_)));
+        let moves = |own: &str| is_coordinate(own) || matches!(self.entity(own), Some(Entity::Let(_)));
+        let factors = factors_in(name, &|own| self.entity(own).is_some()).unwrap_or_default();
+        if factors.into_iter().any(moves) || self.called(name).is_some() {
             return None;
         }
         // Nor is a slip of the pen declared: `h'` beside `th`; but `psi` is none for `phi`, nor `y1` for `x1`.
         let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
-        let letters = |text: &str| text.len() - digits(text).len();
+        let letters = |text: &str| text.chars().count() - digits(text).len();
         let is_slip = |own: &str| {
             let are_alike = digits(own) == digits(name) && strsim::osa_distance(own, name) == 1;
             are_alike && letters(own).max(letters(name)) > 1 && !are_greek(own, name)
@@ -339,10 +397,22 @@ impl Compiler<'_> {
         let ranges = moving.find_map(|(place, indices)| {
             indices.iter().map(|own| self.range_over(*own, place)).collect::<Option<Vec<String>>>()
         })?;
-        let members = if ranges.is_empty() { String::new() } else { format!("[{}]", ranges.join(", ")) };
+        // `Theta'` beside `theta`, `x'` beside `x1`
+        let stem = |own: &str| own.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_').len();
+        let is_one = |own: &str| stem(own) < own.len() && is_same(&own[..stem(own)], name) && is_coordinate(own);
+        let has_rank = |own: &str| self.entity(own).and_then(|own| self.rank(own)) == Some(ranges.len());
+        let is_other = |own: &str| moves(own) && has_rank(own) && (is_same(own, name) || is_one(own));
+        if self.world.names.keys().any(|own| is_other(own)) {
+            return None;
+        }
+        let indices = if ranges.is_empty() { String::new() } else { format!("[{}]", ranges.join(", ")) };
         let mut statements = self.file.statements.iter();
         let statement = statements.find(|own| own.span.start <= span.start && span.end <= own.span.end)?;
-        Some(Box::new((statement.span.start, format!("coord {name}{members}"))))
+        // `x_1, x_2, x_3` for the members of `x`
+        let mut members: Vec<String> = self.world.names.keys().filter(|own| is_one(own)).cloned().collect();
+        members.put_in_order();
+        let declaration = format!("coord {name}{indices}");
+        Some(Box::new(MissingCoordinate { declaration, place: statement.span.start, members }))
     }
 
     /// The range of the sum around a place that an index runs over, if names of the model alone are in it.

@@ -4,11 +4,13 @@ use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::names::{Block, Key, key};
 use super::program::{Binder, IndexOp, IndexProgram, Op, Program};
+use super::survey::mentions;
 use super::values::Value;
 use super::{ModelError, units};
+use crate::diagnostic::Meant;
 use crate::expr::ExprId;
 use crate::span::Span;
-use crate::syntax::{ExprRef, IndexKind, Indices, Name, UnitRef};
+use crate::syntax::{ExprRef, IndexEntry, IndexKind, Indices, Name, UnitRef, print_expr};
 
 /// More members than this in one family are refused.
 const MOST_MEMBERS: usize = 20_000_000;
@@ -73,6 +75,11 @@ impl Elaborator<'_> {
         }
         let (binders, filter) = self.compiler().binders(indices, &mut scope);
         if self.errors.len() > before {
+            if let Some(unit) = self.unit_in_brackets(indices) {
+                self.errors.truncate(before);
+                let meant = Meant::guess(format!("{} : {unit}", name.text));
+                self.errors.push(ModelError::undeclared(&unit, Some(meant), name.span.to(indices.span)));
+            }
             return None;
         }
         let named = scope.variables.iter().any(|(name, _)| !name.is_empty());
@@ -97,6 +104,13 @@ impl Elaborator<'_> {
         self.note(found)?;
         members.keys = keys;
         Some(members)
+    }
+
+    /// The unit that stands in the place of an index: `param m [kg] = 2`.
+    fn unit_in_brackets(&self, indices: &Indices) -> Option<String> {
+        let [IndexEntry { kind: IndexKind::Member(at), .. }] = &*indices.entries else { return None };
+        let is_unit = !mentions(self.file, *at, |own| units::unit_dimension(own).is_none());
+        is_unit.then(|| print_expr(self.file, *at))
     }
 
     pub(super) fn block(&mut self, binders: &[Binder], span: Span) -> Option<Block> {

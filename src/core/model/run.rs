@@ -523,8 +523,11 @@ impl World {
     fn power(&mut self, operands: &[Value], span: Span) -> Result<Value, Stop> {
         let [base, exponent] = operands else { return Ok(Value::Vector(Vec::new())) };
         if matches!(base, Value::Vector(_)) {
-            let help = "the square of a vector is `dot(v, v)`".to_owned();
-            return Err(shape((format!("{} has no power", base.describe()), Some(help)), span));
+            let help = match base.scalars().len() {
+                1 => "a family of three members is declared by a range: `x[1..3]`",
+                _ => "the square of a vector is `dot(v, v)`",
+            };
+            return Err(shape((format!("{} has no power", base.describe()), Some(help.to_owned())), span));
         }
         let base = base.scalar("the base").map_err(|e| shape(e, span))?;
         let mut exponent = exponent.scalar("the exponent").map_err(|e| shape(e, span))?;

@@ -18,6 +18,9 @@ pub(super) fn is_import(word: &str) -> bool {
 /// What to write for a word that may mean a statement.
 fn perhaps_meant(word: &str, meant: &str) -> String {
     match (word, meant) {
+        ("def" | "define", "T" | "V" | "lagrangian" | "dissipation") => {
+            format!("write `{meant} = …`, without arguments")
+        }
         (_, "dissipation" | "force") => {
             "write `force x = …` for a force on the coordinate x, `dissipation = …` for half the power that friction dissipates"
                 .to_owned()
@@ -203,12 +206,15 @@ Error SyntaxError {
     "E0059" PrefixedFunction(span) {
         /// The function with what stands before it.
         function: String,
-        /// The call as the language has it.
-        fix: String,
+        /// The call as the language has it, if it has the function.
+        fix: Option<String>,
         /// What is replaced, where the whole of it is known, and by what.
         change: Option<(Span, String)>,
     } => at(*span, "a name and a point before a function")
-        .with_help(format!("write `{fix}`"))
+        .with_help(match fix {
+            Some(fix) => format!("write `{fix}`"),
+            None => format!("there is no function `{}` without it either", function.rsplit('.').next().unwrap_or_default()),
+        })
         .or_replacing(change.as_ref()),
 
     /// `sin^2(x)`

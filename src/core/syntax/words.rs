@@ -159,6 +159,11 @@ pub(crate) fn function_meant(word: &str) -> Option<&'static str> {
     })
 }
 
+/// Functions of other languages that make a vector or a matrix of a list.
+pub(super) fn is_list(word: &str) -> bool {
+    matches!(word, "array" | "asarray" | "matrix" | "Matrix" | "Vector" | "vector")
+}
+
 /// Functions and fields of other languages that are the time derivative.
 pub(crate) fn is_derivative(word: &str) -> bool {
     matches!(word, "dot" | "diff" | "D" | "d" | "dt" | "Dt" | "ddt" | "der" | "deriv" | "derivative")

@@ -17,6 +17,22 @@ pub struct Inferred {
     pub span: Span,
 }
 
+/// A number in the text where a quantity with a dimension belongs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Unnamed {
+    /// As it is written.
+    pub number: String,
+    /// Its declaration as a parameter.
+    pub declaration: String,
+}
+
+impl Unnamed {
+    fn help(&self) -> String {
+        format!("give {} a name with a unit: `{}`", self.number, self.declaration)
+    }
+}
+
 mistakes! {
 /// A contradiction between the dimensions of quantities.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -30,9 +46,12 @@ Error DimensionError {
         other: Dimension,
         /// One of them.
         other_span: Span,
+        /// The declaration of one of them that is a number without a name.
+        unnamed: Option<Box<Unnamed>>,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    } => unlike(*span, [found, other], Some((*other_span, with_unit(other))), inferred.as_ref()),
+    } => unlike(*span, [found, other], Some((*other_span, with_unit(other))), inferred.as_ref())
+        .or_help(unnamed.as_deref().map(Unnamed::help)),
 
     /// A term of an energy that is none.
     #[error("the dimensions of `{what}` don't fit: it is {wanted}, but this is {found}")]
@@ -75,9 +94,12 @@ Error DimensionError {
         other: Dimension,
         /// Where it stands.
         other_span: Span,
+        /// The declaration of one of them that is a number without a name.
+        unnamed: Option<Box<Unnamed>>,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    } => unlike(*span, [found, other], Some((*other_span, with_unit(other))), inferred.as_ref()),
+    } => unlike(*span, [found, other], Some((*other_span, with_unit(other))), inferred.as_ref())
+        .or_help(unnamed.as_deref().map(Unnamed::help)),
 
     /// A right side that is not what its name is declared to be.
     #[error("the dimensions don't fit: `{name}` is {}, but its {side} is {found}", role(.name, .declared))]

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::slice;
 
+use super::error::Unnamed;
 use super::operations::{Context, Equations, Quantity, base, energy, power};
 use super::solve::Combination;
 use super::{Dimension, DimensionError};
@@ -11,7 +12,8 @@ use crate::model::units;
 use crate::order::Gather;
 use crate::span::Span;
 use crate::syntax::{
-    Binding, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind, UnitKind, UnitRef,
+    Binding, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind, UnitKind,
+    UnitRef, print_expr,
 };
 
 /// Families of up to so many members may have a dimension for each.
@@ -378,7 +380,26 @@ impl<'a> Inference<'a> {
             result.angles.extend(angles.map(|one| one.name.text.to_string()));
         }
         result.errors = std::mem::take(&mut self.equations.errors);
+        for error in &mut result.errors {
+            if let DimensionError::UnlikeTerms { span, found, other, other_span, unnamed, .. }
+            | DimensionError::UnlikeArguments { span, found, other, other_span, unnamed, .. } = error
+            {
+                *unnamed = self.unnamed(*span, other).or_else(|| self.unnamed(*other_span, found));
+            }
+        }
         result
+    }
+
+    /// The declaration of the number at a place, if one stands there, as something of that dimension.
+    fn unnamed(&self, span: Span, dimension: &Dimension) -> Option<Box<Unnamed>> {
+        let at = self.file.expressions.iter().position(|own| own.span == span)?;
+        let at = ExprRef(u32::try_from(at).ok()?);
+        let number = print_expr(self.file, at);
+        let is_number =
+            !mentions(self.file, at, |_| true) && number.chars().all(|c| c.is_ascii_digit() || "./*-()e".contains(c));
+        let name = ["a", "b", "c", "d", "e"].into_iter().find(|own| !self.names.contains_key(own))?;
+        let declaration = format!("param {name} : {} = {number}", dimension.unit());
+        (is_number && !dimension.is_number()).then(|| Box::new(Unnamed { number, declaration }))
     }
 
     /// The dimension of all elements, where these are alike; zeros fit any.

@@ -13,7 +13,7 @@ mod names;
 mod operations;
 mod solve;
 
-pub use error::{DimensionError, Inferred};
+pub use error::{DimensionError, Inferred, Unnamed};
 pub use infer::dimensions;
 pub(super) use infer::{Dimensions, infer};
 

@@ -128,10 +128,10 @@ impl Equations {
         for (term, span) in &own {
             let (span, other_span) = (*span, at);
             let unlike = |found, other, inferred| match context {
-                Context::Sum => DimensionError::UnlikeTerms { found, span, other, other_span, inferred },
+                Context::Sum => DimensionError::UnlikeTerms { found, span, other, other_span, unnamed: None, inferred },
                 Context::Arguments(what) => {
                     let what = (*what).to_owned();
-                    DimensionError::UnlikeArguments { what, found, span, other, other_span, inferred }
+                    DimensionError::UnlikeArguments { what, found, span, other, other_span, unnamed: None, inferred }
                 }
             };
             // The first one is told.

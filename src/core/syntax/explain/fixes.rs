@@ -68,11 +68,17 @@ pub(super) fn binds(source: &str, token: Token, end: u32) -> bool {
     false
 }
 
+/// Whether a statement has an index of that name.
+fn is_index(source: &str, statement: Span, name: &str) -> bool {
+    let words: Vec<&str> = Lexer::new(source, statement).map(|own| own.text(source)).collect();
+    words.windows(2).any(|two| two == [name, "in"])
+}
+
 /// Whether all that stands at a place in a statement are factors: names that are declared, indices of the statement, or the
 /// language's own words as it has them. What may be called with the time, `x (t)`, or belong below a bar, `x/2 l`, is not sure.
 pub(in super::super) fn are_factors(source: &str, statement: Span, place: Span) -> bool {
     let words: Vec<&str> = Lexer::new(source, statement).map(|own| own.text(source)).collect();
-    let is_index = |name: &str| words.windows(2).any(|two| two == [name, "in"]);
+    let is_index = |name: &str| is_index(source, statement, name);
     let is_called = |four: &[&str]| matches!(four, [name, "(", "t", ")"] if !words::is_function(name));
     let is_known = |own: Token| {
         let name = own.text(source);
@@ -210,12 +216,23 @@ impl Context<'_> {
             return None;
         }
         let is_sum = self.text(self.before) == "sum";
-        let meant = if is_sum { "sum" } else { words::function_meant(self.text(self.before))? };
+        let meant = if is_sum { Some("sum") } else { words::function_meant(self.text(self.before)) };
         let span = Span::new(self.prefix_start(), self.before.end);
         let function = short(self.source.get(span.range())?.to_owned());
         let function = function.unwrap_or_else(|| format!("….{}", self.text(self.before)));
         let argument = self.argument(found);
         let prefix = function.split_once('.').map_or("", |(first, _)| first);
+        let Some(meant) = meant else {
+            // A column of a row is multiplied.
+            let is_free =
+                !self.is_declared(prefix) && !is_index(self.source, Span::new(self.word.start, self.end), prefix);
+            return is_free.then(|| {
+                let list = self.list_in(found).filter(|_| words::is_list(self.text(self.before)));
+                let fix = list.as_ref().map(|(_, list)| list.clone());
+                let change = list.map(|(end, list)| (Span::new(span.start, end), list));
+                SyntaxError::PrefixedFunction { function, fix, change, span }
+            });
+        };
         let inside = match (argument, self.is_declared(prefix)) {
             (argument, is_declared) if is_sum => {
                 let summed = if is_declared { Some(prefix.to_owned()) } else { argument };
@@ -234,7 +251,17 @@ impl Context<'_> {
             (_, true, Some(close)) => Some((Span::new(span.start, close.end), fix.clone())),
             (_, false, _) => Some((span, meant.to_owned())),
         };
-        Some(SyntaxError::PrefixedFunction { function, fix, change, span })
+        Some(SyntaxError::PrefixedFunction { function, fix: Some(fix), change, span })
+    }
+
+    /// The list that is the argument in the parentheses that open at a token, or the first of them, and where these end.
+    fn list_in(&self, open: Token) -> Option<(u32, String)> {
+        let close = self.closing(open)?;
+        let first = self.after.filter(|after| self.text(*after) == "[")?;
+        let last = self.closing(first)?;
+        let next = Lexer::new(self.source, Span::new(last.end, self.end)).code().next()?;
+        let list = self.source.get(first.start as usize..last.end as usize)?.to_owned();
+        matches!(next.kind, TokenKind::Close | TokenKind::Comma).then_some((close.end, list))
     }
 
     /// `x.diff(t)` with parentheses at the place, `d/dt x` with a name at it.

@@ -62,6 +62,9 @@ pub(super) fn unknown_statement(
     {
         return None;
     }
+    // `def T(x)`: what follows begins a statement of its own.
+    let behind = || Lexer::new(source, Span::new(found.end, source.len() as u32)).code().next();
+    let after = if is_definition(found.text(source)) { after.or_else(behind) } else { after };
     let before_word = after.is_some_and(|after| after.kind == TokenKind::Word);
     if !found.first_on_line && !before_word {
         return None;
@@ -115,6 +118,10 @@ pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxErr
     errors
 }
 
+fn is_definition(word: &str) -> bool {
+    matches!(word, "def" | "define")
+}
+
 /// The statement word meant by a word, judged by the word and by what follows it.
 fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static str> {
     let word = token.text(source);
@@ -125,6 +132,13 @@ fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static
     };
     if words::is_control(word) {
         return None;
+    }
+    let is_energy =
+        |own: &&str| words::is_function_statement(own) && next.is_some_and(|next| next.text(source) == *own);
+    if is_definition(word)
+        && let Some(energy) = words::STATEMENT_WORDS.into_iter().find(is_energy)
+    {
+        return Some(energy);
     }
     words::synonym(word)
         .or_else(|| words::guessed(word))

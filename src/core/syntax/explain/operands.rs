@@ -180,8 +180,11 @@ impl Context<'_> {
         // Between two spaces an operator may be missing, before a number that of a power, and nobody writes 1 times something.
         let is_plain =
             found.start - self.before.end <= 1 && found.kind != TokenKind::Number && self.text(self.before) != "1";
+        // What is called behind a point may be a function.
+        let is_called = self.text(found) == "(" && self.before_last.is_some_and(|last| last.kind == TokenKind::Dot);
         let is_certain = is_factor
             && is_plain
+            && !is_called
             && fixes::are_factors(self.source, Span::new(self.word.start, self.end), place.to(found.span()));
         SyntaxError::MissingMultiplication { fix, place, text, is_certain, unit, span }
     }
