@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use librate::budget::Limits;
@@ -58,6 +58,11 @@ fn flowing(text: &str) -> String {
     out
 }
 
+/// The option that reports how modes are computed.
+pub(super) fn shown(verbose: Arg) -> Arg {
+    verbose.hide(false)
+}
+
 /// How a command is called that takes one of several things: a line for each, as no line of usages is ever broken.
 fn usage(command: &str, ways: &[&str]) -> String {
     let lines: Vec<String> = ways.iter().map(|way| format!("librate {command} [OPTIONS] {way} <FILE>")).collect();
@@ -85,11 +90,6 @@ pub(crate) struct Cli {
 }
 
 impl Command {
-    /// Whether the command says on the way what it does.
-    pub(crate) fn tells(&self) -> bool {
-        matches!(self, Self::Modes(Modes { verbose: true, .. }))
-    }
-
     /// What the command reads a model by.
     pub(crate) fn model(&mut self) -> Option<&mut ModelArgs> {
         match self {
@@ -214,6 +214,10 @@ pub(crate) struct ModelArgs {
     /// Also permit tables in or below this folder, not only in that of the model; may be repeated
     #[arg(long = "allow-path", value_name = "DIR")]
     pub(crate) allow_paths: Vec<PathBuf>,
+    /// Report on standard error which solver is chosen, and why
+    // Shown where there is something to report.
+    #[arg(long, hide = true)]
+    pub(crate) verbose: bool,
     /// Watches over the budget.
     #[arg(skip)]
     pub(crate) guard: Guard,
@@ -230,6 +234,7 @@ pub(crate) struct Plot {
 }
 
 #[derive(Debug, Args)]
+#[command(mut_arg("verbose", shown))]
 pub(crate) struct Show {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -300,6 +305,7 @@ pub(crate) struct Drawn<A: Args> {
 }
 
 #[derive(Debug, Args)]
+#[command(mut_arg("verbose", shown))]
 pub(crate) struct Modes {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -330,9 +336,6 @@ pub(crate) struct Modes {
     /// Threads for some modes of a large model; by default one per core
     #[arg(long, value_name = "COUNT", value_parser = positive)]
     pub(crate) threads: Option<usize>,
-    /// Report on standard error which solver is chosen, and why
-    #[arg(long)]
-    pub(crate) verbose: bool,
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
@@ -345,6 +348,7 @@ fn frequency_unit() -> impl TypedValueParser<Value = FrequencyUnit> {
 }
 
 #[derive(Debug, Args)]
+#[command(mut_arg("verbose", shown))]
 pub(crate) struct Sweep {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -427,6 +431,7 @@ pub(crate) struct Amplitude {
 }
 
 #[derive(Debug, Args)]
+#[command(mut_arg("verbose", shown))]
 pub(crate) struct Sensitivity {
     #[command(flatten)]
     pub(crate) model: ModelArgs,

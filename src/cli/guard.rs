@@ -3,9 +3,10 @@
 //! Work that asks its budget ends within milliseconds, with the error of its stage. What does not (a product of large
 //! matrices) is ended here, with the same message.
 
+use std::collections::HashSet;
 use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -98,7 +99,13 @@ impl Guard {
         };
         if self.tells {
             let format = self.format;
-            budget.listen(move |line| output::write_messages(&format.note(line)));
+            // Work in many parts tells the same of each.
+            let told = Mutex::new(HashSet::new());
+            budget.listen(move |line| {
+                if told.lock().is_ok_and(|mut told| told.insert(line.to_owned())) {
+                    output::write_messages(&format.note(line));
+                }
+            });
         }
         let _ = self.budget.set(budget.clone());
         // Without a thread what is counted stays within the budget all the same.

@@ -118,7 +118,8 @@ pub(crate) fn run() -> ExitCode {
         Err(error) => return ended(Err(Failure::Usage(error)), MessageFormat::Text),
     };
     let format = cli.message_format;
-    let guard = Guard::new(cli.budget.unwrap_or_default(), format, cli.command.tells());
+    let tells = cli.command.model().is_some_and(|model| model.verbose);
+    let guard = Guard::new(cli.budget.unwrap_or_default(), format, tells);
     let is_drawn = matches!(cli.command, Command::Plot(_) | Command::Show(_));
     if let Some(model) = cli.command.model() {
         model.guard = guard.clone();

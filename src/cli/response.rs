@@ -7,7 +7,7 @@ use librate::refine;
 use librate::report::{self, ResponseLines};
 use librate::response::{Peaks, Request, ResponseError, Study, Value};
 
-use super::args::{DOUBLE_DOUBLE_DIGITS, ModelArgs, digits, positive};
+use super::args::{DOUBLE_DOUBLE_DIGITS, ModelArgs, digits, positive, shown};
 use super::threads::{all, in_order};
 use super::{Answer, Failure, Loaded, Size, failed, load_values, wrong_request};
 
@@ -17,6 +17,7 @@ const WHAT: &str = "computing the response over the range";
 const BLOCK: usize = 64;
 
 #[derive(Debug, Args)]
+#[command(mut_arg("verbose", shown))]
 pub(crate) struct ResponseArgs {
     #[command(flatten)]
     pub(crate) model: ModelArgs,

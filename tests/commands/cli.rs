@@ -113,6 +113,23 @@ fn verbose_tells_the_solver_on_standard_error() {
         let value: serde_json::Value = serde_json::from_str(line).unwrap();
         assert_eq!((&value["severity"], &value["message"]), (&"note".into(), &(*text).into()));
     }
+    // So do other commands with modes, and pictures of them.
+    let others: [&[&str]; 5] = [
+        &["sweep", "models/three_pendulums.lag", "--over", "k12=1..4:3"],
+        &["sensitivity", "models/three_pendulums.lag"],
+        &["response", "models/three_pendulums.lag", "--input", "phi[1]", "--over", "omega=1..2:3"],
+        &["plot", "modes", "models/three_pendulums.lag"],
+        &["show", "models/three_pendulums.lag"],
+    ];
+    for other in others {
+        let told = run(&[other, &["--verbose"]].concat());
+        assert!(
+            told.status == 0 && told.err.starts_with("energies: ") && told.err.lines().count() < 4,
+            "{other:?}: {}",
+            told.err
+        );
+        assert_eq!(told.out, printed(other));
+    }
     assert_eq!(with(&["--threads", "3"]).out, silent);
     assert_eq!(with(&["--threads", "0"]).status, 2);
 }

@@ -184,7 +184,7 @@ impl Checker {
 /// What the command line would be asked.
 fn arguments(document: &Document) -> ModelArgs {
     let (settings, allow_paths) = (Vec::new(), Vec::new());
-    ModelArgs { file: document.path(), settings, allow_paths, guard: Guard::default(), drawn: false }
+    ModelArgs { file: document.path(), settings, allow_paths, verbose: false, guard: Guard::default(), drawn: false }
 }
 
 /// The tables of a model, or why none can be read.
