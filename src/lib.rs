@@ -105,7 +105,7 @@ pub mod span {
 
 /// Errors and warnings as data: a message, a code, places, the fix. In full: [`librate_core::diagnostic`].
 pub mod diagnostic {
-    pub use librate_core::diagnostic::{Diagnostic, Label, Replacement, Severity, replaced};
+    pub use librate_core::diagnostic::{Diagnostic, Label, Replacement, Severity, nearest, replaced};
 }
 
 /// A page on each code. In full: [`librate_core::explain`].
@@ -158,8 +158,8 @@ pub mod expr {
 #[cfg(feature = "engine")]
 pub mod model {
     pub use librate_core::model::{
-        Constant, Dimension, Model, ModelError, Range, Settings, TableTexts, coordinate_count, dimensions, elaborate,
-        parse, unit_dimension, unit_names, units_with_prefixes,
+        Constant, Dimension, Model, ModelError, Range, Settings, TableTexts, constants, coordinate_count, dimensions,
+        elaborate, mistakes, parse, unit_dimension, unit_names, units_with_prefixes,
     };
 }
 

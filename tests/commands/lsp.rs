@@ -415,7 +415,31 @@ fn the_text_is_laid_out_and_summed_up() {
         assert!(start.elapsed() < Duration::from_secs(60));
         std::thread::sleep(Duration::from_millis(20));
     }
+    // It stays while something is written that is no model yet, and goes when that stays.
+    editor.change(URI, &format!("{text}let a = "));
+    editor.shown();
+    let mut lens = || editor.ask("textDocument/codeLens", document.clone());
+    assert_eq!(lens()[0]["command"]["title"], "omega = 4.42945 rad/s, stable");
+    while lens() != json!([]) {
+        assert!(start.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(20));
+    }
     editor.tell("textDocument/didClose", document);
+    editor.end();
+}
+
+#[test]
+fn values_are_those_of_the_statements_without_mistakes() {
+    let mut editor = Editor::new();
+    let text = "param k : N/m = 3\nparam j = 2*z\nlet w = sqrt(3*k)\nlet y = k*x\nlet u = j\nlet q=\ncoord x : m\n";
+    editor.open(URI, text);
+    editor.hover(URI, text, "param |k", "`k = 3 N/m`");
+    editor.hover(URI, text, "let |w", "`w = 3 ");
+    for place in ["|j = 2", "let |y", "let |u"] {
+        let told = editor.at("hover", URI, text, place, json!({}))["contents"]["value"].to_string();
+        let has_value = ["`j = ", "`y = ", "`u = "].iter().any(|own| told.contains(own));
+        assert!(told.contains("```librate") && !has_value, "{told}");
+    }
     editor.end();
 }
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use librate::budget::Budget;
 use librate::diagnostic::{Diagnostic, Severity};
+use librate::expr::{ExprId, Pool};
 use librate::model::{self, Dimension, Model, Settings, TableTexts};
 use librate::modes::Options;
 use librate::oscillation::NormalModes;
@@ -27,6 +28,11 @@ use crate::cli::{Failure, Size, checked, solved};
 /// Modes are computed once nothing was typed for so long, of models up to so many coordinates.
 const PAUSE: Duration = Duration::from_millis(200);
 const MOST_COORDINATES: usize = 200;
+/// The line above a model with mistakes goes once nothing was typed for so long.
+const LONG_PAUSE: Duration = Duration::from_secs(2);
+/// What an editor asks for anew.
+const LENS: &str = "workspace/codeLens/refresh";
+const HINTS: &str = "workspace/inlayHint/refresh";
 /// So many frequencies are shown, with so many digits.
 const SHOWN: usize = 6;
 const DIGITS: usize = 6;
@@ -41,11 +47,11 @@ pub(super) struct State {
     pub(super) facts: Arc<Facts>,
 }
 
-/// What was found when the model was last in order; the mistakes are those of now.
+/// What is known of the statements as they were last in order; the mistakes are those of now.
 #[derive(Clone, Default)]
 pub(super) struct Facts {
     pub(super) diagnostics: Vec<Diagnostic>,
-    /// The values of parameters in SI: by name, the members with their digits.
+    /// The values of parameters and constant expressions in SI: by name, the members with their digits.
     pub(super) values: BTreeMap<String, Vec<(String, String)>>,
     pub(super) dimensions: BTreeMap<String, Dimension>,
     /// The columns of the tables.
@@ -81,7 +87,7 @@ pub(super) struct Checker {
 impl Checker {
     pub(super) fn new(editor: Editor, workspace: &Value) -> Self {
         let known = |field: &str| workspace[field]["refreshSupport"] == json!(true);
-        let all = [("codeLens", "workspace/codeLens/refresh"), ("inlayHint", "workspace/inlayHint/refresh")];
+        let all = [("codeLens", LENS), ("inlayHint", HINTS)];
         let renewed = all.into_iter().filter(|(field, _)| known(field)).map(|(_, method)| method).collect();
         Self { editor, renewed, known: Known::default() }
     }
@@ -92,15 +98,36 @@ impl Checker {
         loop {
             waiting.extend(jobs.try_iter());
             let Some(job) = waiting.pop_front().or_else(|| jobs.recv().ok()) else { return };
-            let Some(model) = self.check(&job) else { continue };
-            match jobs.recv_timeout(PAUSE) {
+            let model = self.check(&job);
+            let pause = match &model {
+                Some(_) => PAUSE,
+                None if !self.is_latest(&job) => continue,
+                None if waiting.is_empty() => LONG_PAUSE,
+                None => Duration::ZERO,
+            };
+            match jobs.recv_timeout(pause) {
                 Ok(newer) => waiting.push_back(newer),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            if self.is_latest(&job) && model.coordinates.len() <= MOST_COORDINATES && model.time_dependent.is_none() {
-                self.solve(&job, &model);
+            let is_solved = |own: &Model| own.coordinates.len() <= MOST_COORDINATES && own.time_dependent.is_none();
+            match model.filter(is_solved) {
+                _ if !self.is_latest(&job) => {}
+                Some(model) => self.solve(&job, &model),
+                None => self.show_modes(&job, None),
             }
+        }
+    }
+
+    /// Has a line above the model, which stays there until the next one is known.
+    fn show_modes(&self, job: &Job, line: Option<String>) {
+        let mut is_new = false;
+        self.put(job, |facts| {
+            is_new = facts.modes != line;
+            facts.modes = line;
+        });
+        if is_new {
+            self.renew(job, LENS);
         }
     }
 
@@ -114,8 +141,7 @@ impl Checker {
         (options.vectors, options.threads) = (false, 1);
         let found = solved(model.clone(), &options);
         let line = found.as_ref().map_or_else(ToString::to_string, |(_, modes)| modes_line(model, modes));
-        self.put(job, |facts| facts.modes = Some(line));
-        self.renew(job);
+        self.show_modes(job, Some(line));
         if let Ok((linearized, _)) = found {
             let at_rest = at_rest(model, &linearized);
             self.put(job, |facts| facts.at_rest = at_rest);
@@ -131,13 +157,10 @@ impl Checker {
     }
 
     /// Has it shown, unless the text is another one by now.
-    fn renew(&self, job: &Job) {
-        if !self.is_latest(job) {
-            return;
-        }
-        for method in &self.renewed {
+    fn renew(&self, job: &Job, method: &'static str) {
+        if self.is_latest(job) && self.renewed.contains(&method) {
             let id = RequestId::from(format!("{method} {}", job.number));
-            (self.editor)(Message::Request(Request::new(id, (*method).to_owned(), Value::Null)));
+            (self.editor)(Message::Request(Request::new(id, method.to_owned(), Value::Null)));
         }
     }
 
@@ -149,7 +172,7 @@ impl Checker {
         let document = &job.document;
         let (tables, unread) = tables(document);
         let (diagnostics, model) = match (document.is_readable, unread) {
-            (false, _) => (model::parse(&document.text, &Settings::new()).err().unwrap_or_default(), None),
+            (false, _) => (model::mistakes(&document.file, &document.errors, &document.text, &Settings::new()), None),
             (true, Some(unread)) => (vec![unread], None),
             (true, None) => match checked_model(document, &tables, &job.budget) {
                 Ok((model, warnings)) => (warnings, Some(model)),
@@ -165,18 +188,35 @@ impl Checker {
         let columns = columns(document, &tables);
         self.put(job, |facts| {
             facts.diagnostics = diagnostics;
-            (facts.modes, facts.at_rest) = (None, BTreeMap::new());
+            facts.at_rest = BTreeMap::new();
             // A table that can't be read for the moment has the columns that it had.
             facts.columns.extend(columns);
         });
         // Only now, as an editor asks for corrections as soon as it has the mistakes; and before anything else, as they are
         // waited for.
         (self.editor)(Message::Notification(told));
-        if let Some(model) = &model {
-            let (values, dimensions) = (values(model), model::dimensions(&document.file));
-            self.put(job, |facts| (facts.values, facts.dimensions) = (values, dimensions));
-        }
-        self.renew(job);
+        let has_lets = document.file.statements.iter().any(|own| matches!(own.kind, StatementKind::Let(_)));
+        let values = match &model {
+            Some(model) if !has_lets => {
+                let parameters = model.parameters.iter();
+                values(&model.pool, parameters.filter_map(|own| Some((own.name.clone(), own.value?))))
+            }
+            _ => {
+                let settings = Settings::new().within(job.budget.clone());
+                let (pool, all) = model::constants(&document.file, &tables, &settings);
+                values(&pool, all)
+            }
+        };
+        let dimensions = model::dimensions(&document.file);
+        self.put(job, |facts| {
+            // What can't be read for the moment is as it was.
+            if model.is_some() {
+                (facts.values, facts.dimensions) = (BTreeMap::new(), BTreeMap::new());
+            }
+            facts.values.extend(values);
+            facts.dimensions.extend(dimensions);
+        });
+        self.renew(job, HINTS);
         model
     }
 }
@@ -225,12 +265,12 @@ pub(super) fn digits(value: &Ball) -> String {
     }
 }
 
-fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {
+fn values(pool: &Pool, all: impl IntoIterator<Item = (String, ExprId)>) -> BTreeMap<String, Vec<(String, String)>> {
     let mut values: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
-    for own in &model.parameters {
-        if let Some(value) = own.value.and_then(|value| linearize::constant(&model.pool, value)) {
-            let family = own.name.split('[').next().unwrap_or_default();
-            values.entry(family.to_owned()).or_default().push((own.name.clone(), digits(&value)));
+    for (name, value) in all {
+        if let Some(value) = linearize::constant(pool, value) {
+            let family = name.split('[').next().unwrap_or_default();
+            values.entry(family.to_owned()).or_default().push((name.clone(), digits(&value)));
         }
     }
     values

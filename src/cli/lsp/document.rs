@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use librate::span::Span;
-use librate::syntax::{self, File, NameKind, NamePlace};
+use librate::syntax::{self, File, NameKind, NamePlace, SyntaxError};
 use serde_json::{Value, json};
 
 use crate::cli::messages::Lines;
@@ -18,13 +18,21 @@ pub(super) struct Document {
     pub(super) file: Arc<File>,
     /// Whether the whole text has a tree.
     pub(super) is_readable: bool,
+    pub(super) errors: Arc<[SyntaxError]>,
 }
 
 impl Document {
     pub(super) fn read(uri: &str, version: Option<i64>, text: &str) -> Self {
         let (file, errors) = syntax::parse_readable(text);
         let is_readable = errors.is_empty();
-        Self { uri: uri.to_owned(), version, text: text.into(), file: Arc::new(file), is_readable }
+        Self {
+            uri: uri.to_owned(),
+            version,
+            text: text.into(),
+            file: Arc::new(file),
+            is_readable,
+            errors: errors.into(),
+        }
     }
 
     pub(super) fn lines(&self) -> Lines<'_> {

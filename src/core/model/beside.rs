@@ -10,7 +10,7 @@ use crate::budget::Budget;
 use crate::diagnostic::Diagnostic;
 use crate::order::Order;
 use crate::span::Span;
-use crate::syntax::{self, File};
+use crate::syntax::{self, File, SyntaxError};
 
 /// The statements of a file with mistakes are elaborated in so many bytes.
 const BYTES: u64 = 16 << 20;
@@ -29,12 +29,15 @@ const BYTES: u64 = 16 << 20;
 /// All mistakes of syntax, and such others.
 pub fn parse(text: &str, settings: &Settings) -> Result<File, Vec<Diagnostic>> {
     let (file, errors) = syntax::parse_readable(text);
-    if errors.is_empty() {
-        return Ok(file);
-    }
+    if errors.is_empty() { Ok(file) } else { Err(mistakes(&file, &errors, text, settings)) }
+}
+
+/// All mistakes of a text with the mistakes of syntax that [`syntax::parse_readable`] found, in the order of the file.
+#[must_use]
+pub fn mistakes(file: &File, errors: &[SyntaxError], text: &str, settings: &Settings) -> Vec<Diagnostic> {
     let settings = settings.clone().within(Budget::new(BYTES));
-    let others = elaborate(&file, &TableTexts::new(), &settings).err().unwrap_or_default();
-    let unread = unread(&file, text);
+    let others = elaborate(file, &TableTexts::new(), &settings).err().unwrap_or_default();
+    let unread = unread(file, text);
     // An index whose range can't be read is none that is declared.
     let is_index = |name: &str, span: &Span| {
         let statement =
@@ -49,7 +52,7 @@ pub fn parse(text: &str, settings: &Settings) -> Result<File, Vec<Diagnostic>> {
     let others = others.iter().filter(is_mistake).map(Diagnostic::from);
     let mut all: Vec<Diagnostic> = errors.iter().map(Diagnostic::from).chain(others).collect();
     all.order_by_key(|own| own.primary.as_ref().map(|label| label.span));
-    Err(all)
+    all
 }
 
 /// The words of what can't be read.

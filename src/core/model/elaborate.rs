@@ -24,16 +24,43 @@ use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, Statement, Statement
 pub fn elaborate(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
     let mut elaborator = Elaborator::new(file, settings);
     elaborator.read_settings(settings);
-    for statement in &file.statements {
-        elaborator.begin(&statement.kind, statement.span);
-        let before = (elaborator.errors.len(), elaborator.follow_ons);
-        elaborator.declare(&statement.kind, statement.span, tables);
-        if before != (elaborator.errors.len(), elaborator.follow_ons) {
-            elaborator.mark_broken(&statement.kind);
-        }
-    }
+    elaborator.declare_all(tables);
     elaborator.check_settings(settings);
     elaborator.finish(settings.purpose)
+}
+
+/// The values of the parameters and of the named expressions that are constants, whatever mistakes other statements have, and
+/// the pool in which they are.
+///
+/// ```
+/// use librate::{linearize, model, syntax};
+/// let (file, _) = syntax::parse_readable("param k = 3  let q = 2*k  let = 1");
+/// let (pool, values) = model::constants(&file, &Default::default(), &Default::default());
+/// let values: Vec<_> = values.iter().map(|(name, e)| (name.as_str(), linearize::constant(&pool, *e).unwrap().mid_f64())).collect();
+/// assert_eq!(values, [("k", 3.0), ("q", 6.0)]);
+/// ```
+#[must_use]
+pub fn constants(file: &File, tables: &TableTexts, settings: &Settings) -> (Pool, Vec<(String, ExprId)>) {
+    let mut elaborator = Elaborator::new(file, settings);
+    elaborator.read_settings(settings);
+    elaborator.declare_all(tables);
+    let mut world = elaborator.world;
+    let is_right = |family: &str| world.names.get(family).is_some_and(|(entity, _)| !world.broken.contains(entity));
+    let family = |name: &str| name.split('[').next().unwrap_or_default().to_owned();
+    let parameters = world.parameters.iter().filter(|own| is_right(&family(&own.name)));
+    let mut values: Vec<(String, ExprId)> = parameters.filter_map(|own| Some((own.name.clone(), own.value?))).collect();
+    let lets = world.lets.iter().filter(|own| is_right(&own.family.name));
+    let single = lets.filter_map(|own| match own.members.get(&[0; 3]) {
+        Some(Value::Scalar(value)) if own.family.grid.rank == 0 => Some((own.family.name.clone(), *value)),
+        _ => None,
+    });
+    let single: Vec<(String, ExprId)> = single.collect();
+    for (name, value) in single {
+        if world.varying_symbol(value).is_none() {
+            values.extend(world.closed(value).map(|value| (name, value)));
+        }
+    }
+    (world.pool, values)
 }
 
 /// The number of coordinates of a parsed file, from its declarations alone: long before
@@ -141,6 +168,18 @@ impl<'a> Elaborator<'a> {
                 None
             }
             Err(error) => self.refuse(error),
+        }
+    }
+
+    fn declare_all(&mut self, tables: &TableTexts) {
+        let file = self.file;
+        for statement in &file.statements {
+            self.begin(&statement.kind, statement.span);
+            let before = (self.errors.len(), self.follow_ons);
+            self.declare(&statement.kind, statement.span, tables);
+            if before != (self.errors.len(), self.follow_ons) {
+                self.mark_broken(&statement.kind);
+            }
         }
     }
 

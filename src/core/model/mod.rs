@@ -44,11 +44,11 @@ mod values;
 mod warning;
 
 pub use assume::Assumption;
-pub use beside::parse;
+pub use beside::{mistakes, parse};
 pub use constant::Constant;
 pub use coordinates::{Coordinate, Coordinates, Symbols};
 pub use dimension::{Dimension, DimensionError, Inferred, Unnamed, dimensions};
-pub use elaborate::{coordinate_count, elaborate};
+pub use elaborate::{constants, coordinate_count, elaborate};
 pub use error::{MissingCoordinate, ModelError};
 pub use feature::Feature;
 pub use given::{Given, Givens};
