@@ -422,6 +422,6 @@ pub(crate) fn source_code(py: Python<'_>, model: &Model, language: String) -> Py
             other => return Err(Failure::request(format!("there is no code in `{other}`"), "`c`, `rust` or `python`")),
         };
         let compiled = code::code(&job.model(Size::Any)?)?;
-        Ok(Written::drawn(report::code_text(&compiled, language)))
+        Ok(Written::drawn(report::code_text(&compiled, language, None)))
     })
 }

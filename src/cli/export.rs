@@ -55,8 +55,9 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
 
 /// Writes the model as source code.
 fn code(args: &args::Export, language: Language, output: Option<&Path>) -> Result<Answer, Failure> {
+    let file = args.model.file.file_name().map(|own| own.to_string_lossy()).filter(|own| own != "-");
     let answer = load(&args.model, Size::Any)?.answer(&args.model, "compiling the model", |_, model, _| {
-        Ok(report::code_text(&code::code(&model)?, language))
+        Ok(report::code_text(&code::code(&model)?, language, file.as_deref()))
     })?;
     answer.into_file(output)
 }

@@ -86,6 +86,11 @@ impl Language {
     }
 }
 
+/// A name of a file, which ends no comment.
+fn in_comment(file: &str) -> String {
+    file.replace("*/", "").chars().filter(|own| !own.is_control()).collect()
+}
+
 /// A negative number where nothing stands beside it.
 fn bare(value: &str) -> &str {
     value.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')).unwrap_or(value)
@@ -145,9 +150,10 @@ pub(super) fn script(program: &Program) -> String {
 /// where there is one, `librate_damping(p, C)`, `librate_gyroscopic(p, G)`, `librate_circulatory(p, N)`; `librate_mass_matrix(t, q, v, p, M)`,
 /// `librate_forces(t, q, v, p, f)`, `librate_energy(t, q, v, p)` and `librate_acceleration(t, q, v, p, a)`. In Python the same without
 /// `librate_` and the results, which are returned, and `PARAMETERS`. A model that contains the time has the functions of t alone.
+/// A comment at the beginning names the `file` of the model.
 #[must_use]
-pub fn code_text(code: &Code, language: Language) -> String {
-    let writer = Writer { code, language };
+pub fn code_text(code: &Code, language: Language, file: Option<&str>) -> String {
+    let writer = Writer { code, language, file };
     let mut out = writer.head();
     if let Some(rest) = &code.rest {
         out.push_str(&writer.equilibrium(rest));
@@ -166,6 +172,8 @@ pub fn code_text(code: &Code, language: Language) -> String {
 struct Writer<'a> {
     code: &'a Code,
     language: Language,
+    /// What the model is made from.
+    file: Option<&'a str>,
 }
 
 impl Writer<'_> {
@@ -188,8 +196,10 @@ impl Writer<'_> {
     fn head(&self) -> String {
         let (n, parameters) = (self.n(), &self.code.parameters);
         let mut about = vec![format!(
-            "{}: M q'' + h(q, q', t) = 0, written by librate. All numbers are in SI.",
-            self.code.model.as_deref().unwrap_or("model")
+            "{}: M q'' + h(q, q', t) = 0, written by librate {}{}. All numbers are in SI.",
+            self.code.model.as_deref().unwrap_or("model"),
+            env!("CARGO_PKG_VERSION"),
+            self.file.map_or_else(String::new, |file| format!(" from {}", in_comment(file)))
         )];
         about.extend(parameters.iter().enumerate().map(|(at, (name, _))| format!("p[{at}] is {name}")));
         about.extend(self.code.coordinates.iter().enumerate().map(|(at, name)| format!("q[{at}] is {name}")));

@@ -133,6 +133,17 @@ impl Compiler<'_> {
     }
 
     fn operation(&mut self, operation: Operation) -> u32 {
+        let is_one = |own: u32| self.values.get(own as usize) == Some(&Value::Constant(1_f64.to_bits(), 0));
+        match operation {
+            Operation::Multiply(a, b) if is_one(a) => return b,
+            Operation::Multiply(a, b) if is_one(b) => return a,
+            Operation::Negate(a) => {
+                if let Some(Value::Constant(value, error)) = self.values.get(a as usize).copied() {
+                    return self.put(Value::Constant((-f64::from_bits(value)).to_bits(), error));
+                }
+            }
+            _ => {}
+        }
         self.put(Value::Result(match operation {
             Operation::Add(a, b) => Operation::Add(a.min(b), a.max(b)),
             Operation::Multiply(a, b) => Operation::Multiply(a.min(b), a.max(b)),

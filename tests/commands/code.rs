@@ -351,6 +351,8 @@ fn driven_models_have_the_code_of_their_motion() {
     let text = "param F = 2  param W = 3  coord x  T = 1/2*x'^2  V = 1/2*x^2 - F*x*cos(W*t)";
     for (language, absent) in [("c", "librate_equilibrium"), ("rust", "librate_equilibrium"), ("python", "def mass(")] {
         let code = with_input(&["export", "-", "--code", language], text);
+        let about = format!("written by librate {}. All", env!("CARGO_PKG_VERSION"));
+        assert!(code.out.lines().nth(usize::from(language == "c")).is_some_and(|line| line.contains(&about)));
         assert!(code.status == 0 && !code.out.contains(absent), "{}", code.err);
     }
     let code = with_input(&["export", "-", "--code", "python"], text).out;
@@ -372,6 +374,8 @@ fn what_has_no_code_is_refused() {
     // No row of M vanishes, but M is singular.
     let singular = with_input(&["export", "-", "--code", "c"], "coord x, y  T = (x' + y')^2  V = x^2 + (y - 1)^2");
     assert!(singular.status == 1 && singular.err.contains("E0308"), "{}", singular.err);
+    let named = printed(&["export", PENDULUMS, "--code", "python"]);
+    assert!(named.contains(" from three_pendulums.lag. All") && !named.contains("1.0*"), "{named}");
     let large = run(&["export", "models/chain_walls.lag", "--set", "N=201", "--code", "python"]);
     assert!(large.status == 1 && large.err.contains("201 coordinates"), "{}", large.err);
     assert_eq!(run(&["export", PENDULUMS, "--code", "fortran"]).status, 2);
