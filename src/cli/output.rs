@@ -247,7 +247,7 @@ pub(super) fn in_words(error: &io::Error) -> String {
 }
 
 /// Whether two paths lead to one file, by whatever name.
-fn same_file(one: &Path, other: &Path) -> bool {
+pub(super) fn same_file(one: &Path, other: &Path) -> bool {
     let (Ok(first), Ok(second)) = (fs::metadata(one), fs::metadata(other)) else { return false };
     #[cfg(unix)]
     let same = {

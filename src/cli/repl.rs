@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, ExitCode, Stdio};
 
 use clap::{Args, CommandFactory};
-use librate::diagnostic::Diagnostic;
+use librate::diagnostic::{Diagnostic, nearest};
 use librate::model::{ModelError, Settings, TableTexts, elaborate, units_with_prefixes};
 use librate::syntax::{self, Binding, FUNCTIONS, IndexKind, Indices, Name, STATEMENT_WORDS, StatementKind};
 use rustyline::completion::Completer;
@@ -20,7 +20,7 @@ use serde_json::Value;
 use super::args::{Cli, MessageFormat};
 use super::input::{Source, read_model};
 use super::lsp::complete::{is_letter, is_unit, without_word};
-use super::output::{feed, write_file, write_messages, write_out};
+use super::output::{feed, same_file, write_file, write_messages, write_out};
 use super::{Failure, complain, ended, fault};
 
 const HELP: &str = "\
@@ -29,7 +29,7 @@ NAME = VALUE         another value for a parameter
 modes, derive, …     a command of librate about the model, with its options: `modes --digits 20`
 text                 the model so far
 undo                 as before the last change
-save FILE            writes the model
+save FILE            writes the model; `save FILE --force` over what is there already
 quit                 ends it, as Ctrl-D does
 ";
 
@@ -53,12 +53,14 @@ struct Session {
     before: Vec<Vec<String>>,
     /// The frequencies at the last change.
     omegas: Vec<String>,
+    /// What it was opened from or saved to, which may be written over.
+    file: Option<PathBuf>,
     format: MessageFormat,
 }
 
 /// Reads and answers until the input ends.
 pub(super) fn run(repl: &Repl, format: MessageFormat) -> ExitCode {
-    let mut session = Session { entries: Vec::new(), before: Vec::new(), omegas: Vec::new(), format };
+    let mut session = Session { entries: Vec::new(), before: Vec::new(), omegas: Vec::new(), file: None, format };
     let mut go = || -> Result<(), Failure> {
         if let Some(file) = &repl.file {
             session.open(file)?;
@@ -76,6 +78,9 @@ impl Session {
     fn converse(&mut self) -> Result<(), Failure> {
         let cannot = |error: ReadlineError| fault(format!("can't read from the terminal: {error}"));
         let mut editor: Editor<Words, DefaultHistory> = Editor::new().map_err(cannot)?;
+        let kept = history_file();
+        // There is none the first time.
+        let _ = kept.as_ref().map(|file| editor.load_history(file));
         let mut pending = String::new();
         loop {
             editor.set_helper(Some(Words { names: self.names() }));
@@ -90,6 +95,7 @@ impl Session {
                 Err(error) => return Err(cannot(error)),
             };
             let _ = editor.add_history_entry(&line);
+            let _ = kept.as_ref().map(|file| editor.append_history(file));
             if !self.take(&mut pending, &line)? {
                 return Ok(());
             }
@@ -147,17 +153,46 @@ impl Session {
             },
             "save" => {
                 let file = words.get(1).ok_or_else(|| fault("save it where? `save model.lag`".to_owned()))?;
+                let is_own = self.file.as_ref().is_some_and(|own| same_file(own, Path::new(file)));
+                if !is_own && Path::new(file).exists() && words.get(2).is_none_or(|word| word != "--force") {
+                    return Err(fault(format!("`{file}` is there already: `save {file} --force` writes over it")));
+                }
                 let mut source = Source { name: String::new(), text: String::new(), taken: Vec::new() };
                 write_file(Path::new(file), &self.text(), &mut source)?;
+                self.file = Some(PathBuf::from(file));
             }
             command if is_command(command) => self.run(&words)?,
+            "set" if text.contains('=') => {
+                return Err(fault(format!("write `{}`", text.trim_start_matches("set").trim_start())));
+            }
+            word if words.len() == 1 && is_name(word) && !STATEMENT_WORDS.contains(&word) => {
+                return Err(fault(self.about(word)));
+            }
             _ => self.change(text)?,
         }
         Ok(true)
     }
 
+    /// What to do with a word alone.
+    fn about(&self, word: &str) -> String {
+        let command = Cli::command();
+        let commands = command.get_subcommands().map(clap::Command::get_name).filter(|own| !OTHERS.contains(own));
+        let text = self.text();
+        let is_parameter =
+            statements(&text).iter().any(|own| own.kind.parameters().iter().any(|own| *own.name.text == *word));
+        match nearest(word, commands.chain(WORDS)) {
+            _ if is_parameter => {
+                format!("`{word} = VALUE` gives the parameter another value, `text` shows what is declared")
+            }
+            _ if self.names().iter().any(|own| own == word) => format!("`{word}` is declared: `text` shows the model"),
+            Some(meant) => format!("there is no command `{word}`: did you mean `{meant}`?"),
+            None => format!("there is no command `{word}`: `help` lists what can be typed"),
+        }
+    }
+
     /// Begins with a file.
     fn open(&mut self, file: &Path) -> Result<(), Failure> {
+        self.file = Some(file.to_owned());
         let source = read_model(file)?;
         let told = |all: Vec<_>| Failure::Model(source.clone(), all.iter().map(Diagnostic::from).collect());
         let parsed = syntax::parse(&source.text).map_err(told)?;
@@ -171,7 +206,7 @@ impl Session {
     }
 
     fn text(&self) -> String {
-        self.entries.iter().map(|entry| format!("{entry}\n")).collect()
+        entered(&self.entries)
     }
 
     /// Statements, or another value.
@@ -179,7 +214,16 @@ impl Session {
         let before = self.entries.clone();
         let value = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
         match value.filter(|(name, _)| is_name(name) && !STATEMENT_WORDS.contains(name)) {
-            Some((name, value)) => self.set(name, value)?,
+            Some((name, value)) => {
+                self.set(name, value)?;
+                let told = mistakes(&self.text());
+                // A value that makes a mistake is no value.
+                if told.len() > mistakes(&entered(&before)).len() {
+                    let source = Source { name: "<input>".to_owned(), text: self.text(), taken: Vec::new() };
+                    self.entries = before;
+                    return Err(Failure::Model(source, told.iter().map(Diagnostic::from).collect()));
+                }
+            }
             None => self.declare(text)?,
         }
         self.before.push(before);
@@ -313,11 +357,35 @@ impl Session {
     }
 }
 
+/// A model of so many statements.
+fn entered(entries: &[String]) -> String {
+    entries.iter().map(|entry| format!("{entry}\n")).collect()
+}
+
+/// What is wrong with a text that can be read.
+fn mistakes(text: &str) -> Vec<ModelError> {
+    let found = syntax::parse(text).map(|file| elaborate(&file, &TableTexts::new(), &Settings::new()));
+    found.ok().and_then(Result::err).unwrap_or_default()
+}
+
 /// Whether something is declared twice.
 fn given_twice(text: &str) -> bool {
-    let found = syntax::parse(text).map(|file| elaborate(&file, &TableTexts::new(), &Settings::new()));
-    let is_twice = |own: &ModelError| matches!(own, ModelError::GivenTwice { .. });
-    found.is_ok_and(|model| model.is_err_and(|errors| errors.iter().any(is_twice)))
+    mistakes(text).iter().any(|own| matches!(own, ModelError::GivenTwice { .. }))
+}
+
+/// Where the lines are kept that were typed on a terminal: in the folder for data of the user, where there can be one.
+fn history_file() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|own| own.is_absolute());
+    let data = if cfg!(windows) {
+        folder("APPDATA")
+    } else if cfg!(target_os = "macos") {
+        folder("HOME").map(|home| home.join("Library/Application Support"))
+    } else {
+        folder("XDG_DATA_HOME").or_else(|| Some(folder("HOME")?.join(".local/share")))
+    };
+    let own = data?.join("librate");
+    std::fs::create_dir_all(&own).ok()?;
+    Some(own.join("history"))
 }
 
 /// The statements of a text, none where it can't be read.

@@ -223,7 +223,9 @@ fn other_commands_have_the_model_typed_so_far() {
 fn mistakes_do_not_end_the_conversation() {
     let folder = folder("mistakes");
     fs::write(folder.join("model.lag"), MODEL).unwrap();
-    let typed = "nonsense here\nj = 3\nundo\nV = 1/2*(\n)\nV = 1/2*z*x^2\nundo\nk = 1 +\n\nsave\ntext\n\u{1}\n";
+    fs::write(folder.join("other.lag"), MODEL).unwrap();
+    let typed = "nonsense here\nj = 3\nundo\nV = 1/2*(\n)\nV = 1/2*z*x^2\nundo\nk = 1 +\nk = 2/0\nundo\nk\nx\nmode\nfoo\n\
+                 set k = 2\nsave other.lag\nsave model.lag\n\nsave\ntext\n\u{1}\n";
     let run = answers(&folder, &["model.lag"], typed);
     assert_eq!(run.status, 0);
     for part in [
@@ -232,6 +234,13 @@ fn mistakes_do_not_end_the_conversation() {
         "nothing has been changed",
         "`z` is not declared",
         "save it where",
+        "divisor 0 is not defined",
+        "`k = VALUE` gives the parameter another value",
+        "`x` is declared",
+        "did you mean `modes`?",
+        "there is no command `foo`: `help`",
+        "write `k = 2`",
+        "`other.lag` is there already",
     ] {
         assert!(run.err.contains(part), "{part}: {}", run.err);
     }
