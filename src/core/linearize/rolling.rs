@@ -42,6 +42,7 @@ const DRAWN: f64 = 0.703125;
 
 /// Why a family of equilibria is not covered.
 const NOT_TOLD: &str = "which of them can be integrated is not told";
+const NOT_DECIDED: &str = "whether they can be integrated is not decided";
 const ELSEWHERE: &str = "they keep a relation of the coordinates, and whether the place found obeys that of the `guess` is not told; \
     give the place meant with `equilibrium`";
 const NOT_SINGLE: &str = "the family of steady motions that they leave is not one of single coordinates";
@@ -297,6 +298,11 @@ fn place(model: &Model, pool: &Pool, point: &[ExprId]) -> Substitution {
     place
 }
 
+/// How many conditions no function of the coordinates gives, where the place is one that the others allow.
+fn told_where(model: &Model, at: &[Ball], zeros: usize) -> Result<usize, &'static str> {
+    if zeros == model.rolling.len() || rests_where_guessed(model, at) { Ok(zeros) } else { Err(ELSEWHERE) }
+}
+
 /// Whether a place is that of the guesses, as far as there are any: relations of the coordinates that hold there hold here.
 fn rests_where_guessed(model: &Model, at: &[Ball]) -> bool {
     let start = symbolic::stated(model, true).into_iter().zip(at).zip(model.equilibria.iter());
@@ -367,11 +373,8 @@ impl SymbolicRolling {
         let tied: Vec<bool> = bound.iter().map(|i| !candidates.contains(i)).collect();
         let acting = if drifts { acting(pool, &feeds_back, [&beta, &gamma], &tied) } else { vec![false; bound.len()] };
         let feeds_back = masked(pool, &feeds_back, &acting);
-        let zeros = not_integrable(model, pool, &bound, visible)
-            .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
-        if zeros < model.rolling.len() && !rests_where_guessed(model, at) {
-            return Err(refused(ELSEWHERE));
-        }
+        let zeros = not_integrable(model, pool, &bound, visible).ok_or(NOT_DECIDED);
+        let zeros = zeros.and_then(|zeros| told_where(model, at, zeros)).map_err(refused)?;
         // A family of equilibria moves these alone; those that act on the others have exponents of their own.
         let is_acting = |i: &usize| place(i).is_some_and(|at| acting[at]);
         let (alive, mut moved): (Vec<usize>, Vec<usize>) = candidates.iter().partition(|i| is_acting(i));
