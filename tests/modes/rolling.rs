@@ -7,7 +7,7 @@ use std::path::Path;
 
 use common::{load, model};
 use faer::c64;
-use librate::derive::{in_independent_coordinates, linearized};
+use librate::derive::{Parts, derive, in_independent_coordinates, linearized};
 use librate::diagnostic::Diagnostic;
 use librate::linearize::{Linearized, linearize};
 use librate::modes::{Kind, Options, Stability};
@@ -326,6 +326,8 @@ fn what_is_not_covered_is_refused() {
     for told in ["", "guess z = 1", "equilibrium z = 1  guess x = 0"] {
         assert_eq!(of_text(&format!("{leaf}  {told}")).modes.len(), 2, "{told}");
     }
+    let here = derive(&model(&format!("{leaf}  guess z = 1")), &Parts::all()).unwrap();
+    assert!(here.linear.is_ok());
     // A spin that a condition depends on: not that the energies do.
     let blade =
         "coord x, y, th  T = 1/2*(x'^2 + y'^2 + th'^2)  constraint sin(th)*x' = cos(th)*y'  equilibrium th' = 2";

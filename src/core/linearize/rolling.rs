@@ -299,20 +299,22 @@ fn place(model: &Model, pool: &Pool, point: &[ExprId]) -> Substitution {
 }
 
 /// How many conditions no function of the coordinates gives, where the place is one that the others allow.
-fn told_where(model: &Model, at: &[Ball], zeros: usize) -> Result<usize, &'static str> {
-    if zeros == model.rolling.len() || rests_where_guessed(model, at) { Ok(zeros) } else { Err(ELSEWHERE) }
+fn told_where(model: &Model, point: &[ExprId], at: &[Ball], zeros: usize) -> Result<usize, &'static str> {
+    if zeros == model.rolling.len() || rests_where_guessed(model, point, at) { Ok(zeros) } else { Err(ELSEWHERE) }
 }
 
 /// Whether a place is that of the guesses, as far as there are any: relations of the coordinates that hold there hold here.
-fn rests_where_guessed(model: &Model, at: &[Ball]) -> bool {
-    let start = symbolic::stated(model, true).into_iter().zip(at).zip(model.equilibria.iter());
+fn rests_where_guessed(model: &Model, point: &[ExprId], at: &[Ball]) -> bool {
+    let start = symbolic::stated(model, true).into_iter().zip(point.iter().zip(at)).zip(model.equilibria.iter());
     let known = known_values(model);
     let mut pool = model.pool.clone();
     let mut meets = |start, at: &Ball| {
         let start = pool.substitute_one(start, &known);
         evaluate_closed::<Ball>(&pool, start, ()).is_none_or(|start| (start - *at).contains_zero())
     };
-    !model.guesses.any() || start.filter(|(_, given)| given.is_none()).all(|((start, at), _)| meets(start, at))
+    // What forces leave at rest where it is guessed is not searched for.
+    let mut is_there = |(start, (own, at)): (ExprId, (&ExprId, &Ball))| start == *own || meets(start, at);
+    !model.guesses.any() || start.filter(|(_, given)| given.is_none()).all(|(own, _)| is_there(own))
 }
 
 /// Columns of rows, counted from the one behind `first`.
@@ -374,7 +376,7 @@ impl SymbolicRolling {
         let acting = if drifts { acting(pool, &feeds_back, [&beta, &gamma], &tied) } else { vec![false; bound.len()] };
         let feeds_back = masked(pool, &feeds_back, &acting);
         let zeros = not_integrable(model, pool, &bound, visible).ok_or(NOT_DECIDED);
-        let zeros = zeros.and_then(|zeros| told_where(model, at, zeros)).map_err(refused)?;
+        let zeros = zeros.and_then(|zeros| told_where(model, point, at, zeros)).map_err(refused)?;
         // A family of equilibria moves these alone; those that act on the others have exponents of their own.
         let is_acting = |i: &usize| place(i).is_some_and(|at| acting[at]);
         let (alive, mut moved): (Vec<usize>, Vec<usize>) = candidates.iter().partition(|i| is_acting(i));
