@@ -28,7 +28,7 @@ use crate::cli::{Failure, Size, checked, solved};
 /// Modes are computed once nothing was typed for so long, of models up to so many coordinates.
 const PAUSE: Duration = Duration::from_millis(200);
 const MOST_COORDINATES: usize = 200;
-/// The line above a model with mistakes goes once nothing was typed for so long.
+/// A text with mistakes is read for values, and the line above it goes, once nothing was typed for so long.
 const LONG_PAUSE: Duration = Duration::from_secs(2);
 /// What an editor asks for anew.
 const LENS: &str = "workspace/codeLens/refresh";
@@ -110,11 +110,16 @@ impl Checker {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
+            let is_right = model.is_some();
             let is_solved = |own: &Model| own.coordinates.len() <= MOST_COORDINATES && own.time_dependent.is_none();
             match model.filter(is_solved) {
                 _ if !self.is_latest(&job) => {}
                 Some(model) => self.solve(&job, &model),
-                None => self.show_modes(&job, None),
+                None if is_right => self.show_modes(&job, None),
+                None => {
+                    self.learn(&job, None, &tables(&job.document).0);
+                    self.show_modes(&job, None);
+                }
             }
         }
     }
@@ -195,15 +200,26 @@ impl Checker {
         // Only now, as an editor asks for corrections as soon as it has the mistakes; and before anything else, as they are
         // waited for.
         (self.editor)(Message::Notification(told));
+        // While something is written, what was known of the statements has to do.
+        let is_new = lock(&self.known).get(&document.uri).is_none_or(|state| state.facts.values.is_empty());
+        if model.is_some() || is_new {
+            self.learn(job, model.as_ref(), &tables);
+        }
+        model
+    }
+
+    /// Works out the values and dimensions of what can be read.
+    fn learn(&self, job: &Job, model: Option<&Model>, tables: &TableTexts) {
+        let document = &job.document;
         let has_lets = document.file.statements.iter().any(|own| matches!(own.kind, StatementKind::Let(_)));
-        let values = match &model {
+        let values = match model {
             Some(model) if !has_lets => {
                 let parameters = model.parameters.iter();
                 values(&model.pool, parameters.filter_map(|own| Some((own.name.clone(), own.value?))))
             }
             _ => {
                 let settings = Settings::new().within(job.budget.clone());
-                let (pool, all) = model::constants(&document.file, &tables, &settings);
+                let (pool, all) = model::constants(&document.file, tables, &settings);
                 values(&pool, all)
             }
         };
@@ -217,7 +233,6 @@ impl Checker {
             facts.dimensions.extend(dimensions);
         });
         self.renew(job, HINTS);
-        model
     }
 }
 
