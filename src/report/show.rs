@@ -6,6 +6,7 @@ use super::code::script;
 use super::json::{array, middles, null, number, string, strings};
 use super::mode_pictures::{axis_labels, caption};
 use super::modes::Beside;
+use super::page::capitalized;
 use super::picture::{escaped, titled};
 use super::{Exponent, counted, derive_html, modes_svg};
 use librate_core::derive::Derivation;
@@ -61,7 +62,7 @@ pub fn show_html(shown: &Shown<'_>) -> String {
         out.push_str(&STAGE.replace("SLIDERS", &shown.grid.map_or_else(String::new, sliders)));
         match shown.figure {
             Some(figure) if figure.still.is_empty() => {}
-            Some(figure) => out.push_str(&format!("<p>{}.</p>\n", escaped(&sentence(&still_words(figure))))),
+            Some(figure) => out.push_str(&format!("<p>{}.</p>\n", escaped(&capitalized(&still_words(figure))))),
             None => out.push_str(BARS),
         }
         let _ = write!(out, "<div class=\"still\">\n{}</div>\n", modes_svg(linearized, modes));
@@ -119,11 +120,6 @@ pub fn still_words(figure: &Figure) -> String {
     let more = if more > 0 { format!(" and {more} more coordinates") } else { String::new() };
     let names: Vec<&str> = figure.still.iter().take(MOST).map(String::as_str).collect();
     format!("no drawn point moves with {}{more}: what these do in a mode is not to be seen", names.join(", "))
-}
-
-fn sentence(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// What moves parameters; without a value in the range it stands in the middle.
