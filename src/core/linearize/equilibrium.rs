@@ -241,11 +241,12 @@ pub(super) fn find(whole: &Search<'_>) -> Result<Equilibrium, LinearizeError> {
         }
     }
     let mut start = Equilibrium { at_guess: guessed, ..Equilibrium::exactly(point, origins) };
-    if search.is_equilibrium(&start) {
+    let force = search.gradient(&start.values);
+    if search.is_equilibrium(&start, &force) {
         if !guessed {
             search.free.clear();
         }
-        search.verify_given(&start.values, None)?;
+        search.verify_given(&start.values, force, None)?;
         return Ok(start);
     }
     super::check_size(count)?;
@@ -255,7 +256,7 @@ pub(super) fn find(whole: &Search<'_>) -> Result<Equilibrium, LinearizeError> {
         point[*i] = Ball::exact(point[*i].mid_f64());
     }
     let (steps, proof) = search.search_with_zeros(&mut point)?;
-    search.verify_given(&point, proof.as_ref())?;
+    search.verify_given(&point, search.gradient(&point), proof.as_ref())?;
     let mut proved = proof.is_some() || search.vanishes_exactly(&point);
     if !proved && let Some(simple) = search.simple_place(&point) {
         (point, proved) = (simple, true);
@@ -278,10 +279,14 @@ impl Search<'_> {
         })
     }
 
-    /// Checks that no force acts where the equilibrium is given. What double-double leaves open is
+    /// Checks that the force vanishes where the equilibrium is given. What double-double leaves open is
     /// asked again with more bits.
-    pub(super) fn verify_given(&self, at: &[Ball], proof: Option<&Proof>) -> Result<(), LinearizeError> {
-        let mut force = self.gradient(at);
+    pub(super) fn verify_given(
+        &self,
+        at: &[Ball],
+        mut force: Vec<Ball>,
+        proof: Option<&Proof>,
+    ) -> Result<(), LinearizeError> {
         if !force.iter().all(Ball::is_finite) {
             return Err(self.not_finite(at, "the force"));
         }

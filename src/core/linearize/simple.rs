@@ -18,8 +18,7 @@ const GRID: f64 = 0.0625;
 impl Search<'_> {
     /// Whether no force acts where a search is to start: the forces are 0 without any rounding, in exact numbers, or
     /// as expressions.
-    pub(super) fn is_equilibrium(&self, start: &Equilibrium) -> bool {
-        let force = self.gradient(&start.values);
+    pub(super) fn is_equilibrium(&self, start: &Equilibrium, force: &[Ball]) -> bool {
         let mut own = self.free.iter().map(|i| &force[*i]);
         if !own.clone().all(|force| force.is_finite() && force.contains_zero()) {
             return false;
@@ -70,7 +69,7 @@ impl Search<'_> {
             // No negative zero.
             place[*i] = Ball::exact(simple + 0.0);
         }
-        let given = self.verify_given(&place, None).is_ok();
+        let given = self.verify_given(&place, self.gradient(&place), None).is_ok();
         (given && self.vanishes_exactly(&place)).then_some(place)
     }
 }

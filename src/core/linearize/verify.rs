@@ -7,10 +7,7 @@ use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, Big, Enclosure, Magnitude};
 
-/// Generators read off modulo the prime are tried at so many points in true numbers ...
-const POINTS_TO_CHECK: u64 = 2;
-
-/// ... of so many bits ...
+/// Generators read off modulo the prime are tried in true numbers of so many bits ...
 const BITS_TO_CHECK: usize = 256;
 
 /// ... in which what vanishes leaves less than this power of 1/2 of its parts.
@@ -68,17 +65,13 @@ impl Check<'_> {
     fn holds<E: Enclosure>(&self, model: &Model, found: &[Symmetry], precision: E::Precision) -> Vec<bool> {
         let mut held = vec![false; found.len()];
         let Ok(values) = self.assembly.values::<E>(model, precision) else { return held };
-        held.fill(true);
-        for point in 0..POINTS_TO_CHECK {
-            // Nearer where a term is not defined further off.
-            let tried = [10, 30, 60].into_iter().find_map(|halvings| {
-                let near = beside::<E>(self.at, point, halvings, precision);
-                self.changes(&near, &values, found)
-            });
-            let Some(changes) = tried else {
-                return vec![false; found.len()];
-            };
-            held.iter_mut().zip(changes).for_each(|(held, changes)| *held &= !changes);
+        // Nearer where a term is not defined further off.
+        let tried = [10, 30, 60].into_iter().find_map(|halvings| {
+            let near = beside::<E>(self.at, halvings, precision);
+            self.changes(&near, &values, found)
+        });
+        if let Some(changes) = tried {
+            held.iter_mut().zip(changes).for_each(|(held, changes)| *held = !changes);
         }
         held
     }
@@ -136,8 +129,8 @@ impl Check<'_> {
 }
 
 /// A point beside another: every coordinate moved by up to 2^-halvings of its size and 1.
-fn beside<E: Enclosure>(at: &[Ball], point: u64, halvings: i32, precision: E::Precision) -> Vec<E> {
-    let mut state = point;
+fn beside<E: Enclosure>(at: &[Ball], halvings: i32, precision: E::Precision) -> Vec<E> {
+    let mut state = 0_u64;
     let moved = |x: &Ball| {
         let unit = (mix(state) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);

@@ -54,6 +54,8 @@ pub(super) struct Sieve {
     /// Which of the filters.
     pub(super) filter: usize,
     steps: Vec<Step>,
+    /// After how many steps another part of an `and` around all is known.
+    parts: Vec<usize>,
     outer: Vec<IndexProgram>,
     /// The first value of the index.
     first: i64,
@@ -125,7 +127,7 @@ impl Sieve {
             usize::try_from(range.1 - range.0 + 1).ok().filter(|count| (LEAST_VALUES..=MOST_VALUES).contains(count))?;
         let program =
             |piece: &Piece| IndexProgram::new(ops.get(piece.from..piece.to).unwrap_or_default().to_vec(), filter.span);
-        let (mut inner, mut outer) = (Vec::new(), Vec::new());
+        let (mut inner, mut outer, mut parts) = (Vec::new(), Vec::new(), Vec::new());
         let mut pieces: Vec<Piece> = Vec::new();
         for (at, (op, _)) in ops.iter().enumerate() {
             let operands = pieces.split_off(pieces.len().checked_sub(op.operands())?);
@@ -150,6 +152,9 @@ impl Sieve {
                             outer.push(program(&own));
                         }
                     }
+                    if at + 1 == ops.len() && matches!(op, IndexOp::And(_)) {
+                        parts.push(piece.steps.len());
+                    }
                 }
                 piece.steps.push(Step::Apply(op.clone()));
             }
@@ -165,8 +170,8 @@ impl Sieve {
             points.push(Interval::point(value as f64));
         }
         let order = (0..u32::try_from(count).ok()?).collect();
-        let mut own =
-            Self { filter: number, steps: whole.steps, outer, first: range.0, points, width, order, boxes: Vec::new() };
+        let (steps, boxes) = (whole.steps, Vec::new());
+        let mut own = Self { filter: number, steps, parts, outer, first: range.0, points, width, order, boxes };
         // The index itself divides only where there is nothing else: boxes are to be small in space.
         let plain = |program: &IndexProgram| matches!(program.ops.as_slice(), [(IndexOp::Variable(_), _)]);
         let mut axes: Vec<usize> = (0..inner.len()).filter(|k| !plain(&inner[*k])).collect();
@@ -246,7 +251,7 @@ impl Sieve {
     /// Whether the filter holds everywhere in a box, or nowhere.
     fn verdict(&self, inner: &[Interval], outer: &[Interval], stack: &mut Vec<Interval>) -> Option<bool> {
         stack.clear();
-        for step in &self.steps {
+        for (done, step) in (1..).zip(&self.steps) {
             let number = match step {
                 Step::Inner(k) => *inner.get(*k)?,
                 Step::Outer(k) => *outer.get(*k)?,
@@ -257,6 +262,9 @@ impl Sieve {
                     result
                 }
             };
+            if told(number) == Some(false) && self.parts.contains(&done) {
+                return Some(false);
+            }
             stack.push(number);
         }
         stack.pop().and_then(told)

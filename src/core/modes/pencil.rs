@@ -221,6 +221,8 @@ pub(super) struct Pencil {
 pub(super) struct Orthonormal<S> {
     pub(super) vectors: Vec<Vec<S>>,
     pub(super) images: Vec<Vec<S>>,
+    /// ZᵀMZ, row by row.
+    pub(super) gram: Vec<S>,
     /// A bound of ‖ZᵀMZ - 1‖, at most 1/2, in the row sum norm.
     pub(super) defect: f64,
 }
@@ -235,7 +237,7 @@ impl<S: Enclosure> Orthonormal<S> {
     ) -> Result<Self, usize> {
         let dot = |x: &[S], y: &[S]| sum_of_products(x, y, precision);
         let one = S::exact(1.0, precision);
-        let mut found = Self { vectors: Vec::new(), images: Vec::new(), defect: 0.0 };
+        let mut found = Self { vectors: Vec::new(), images: Vec::new(), gram: Vec::new(), defect: 0.0 };
         for (index, mut v) in vectors.into_iter().enumerate() {
             // Gram-Schmidt twice, with coefficients that are exact numbers: the result is a
             // combination of the given vectors, whatever the coefficients.
@@ -256,15 +258,18 @@ impl<S: Enclosure> Orthonormal<S> {
             found.images.push(image(&v));
             found.vectors.push(v);
         }
-        for (i, b) in found.vectors.iter().enumerate() {
-            let entry = |(j, image): (usize, &Vec<S>)| {
-                let g = dot(b, image);
-                Enclosure::abs_upper(&if i == j { g.sub(&one) } else { g })
-            };
-            let sum: f64 = found.images.iter().enumerate().map(entry).sum();
+        let z = found.vectors.len();
+        found.gram = vec![one.clone(); z * z];
+        for (i, j) in (0..z).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            found.gram[i * z + j] = dot(&found.vectors[i], &found.images[j]);
+            found.gram[j * z + i] = found.gram[i * z + j].clone();
+        }
+        for (i, row) in found.gram.chunks(z.max(1)).enumerate() {
+            let entry = |(j, g): (usize, &S)| if i == j { g.sub(&one).abs_upper() } else { g.abs_upper() };
+            let sum: f64 = row.iter().enumerate().map(entry).sum();
             found.defect = found.defect.max(sum * (1.0 + 1e-9));
             if sum.is_nan() || found.defect > 0.5 {
-                return Err(found.vectors.len() - 1);
+                return Err(z - 1);
             }
         }
         Ok(found)
@@ -303,7 +308,7 @@ impl ZeroSpace {
         if let Some(index) = vectors.iter().position(outside) {
             return Err(index);
         }
-        let Orthonormal { vectors: basis, images, defect } =
+        let Orthonormal { vectors: basis, images, defect, .. } =
             Orthonormal::new(vectors, &|v| mass.transpose_times(v), ())?;
         let mid = Matrix::from_fn(n, z, |i, p| basis[p][i].mid);
         let image = Matrix::from_fn(z, n, |p, i| images[p][i].mid);

@@ -251,7 +251,10 @@ fn not_found(n: usize, given: bool) -> LinearizeError {
          leave out some mode between the lowest and the highest of theirs"
             .to_owned()
     } else {
-        format!("the requested modes of {n} coordinates are not separated from the others; ask for more or fewer")
+        format!(
+            "the requested modes of {n} coordinates are not separated from the others: ask for more or fewer, or use units in which M and K \
+             are between 1e-90 and 1e90"
+        )
     };
     LinearizeError::NoModes { reason }
 }

@@ -75,7 +75,7 @@ impl ZeroSpace {
             z.iter().zip(shift).map(|(x, s)| x.scale(-i64::from(*s)).with_bits(bits)).collect()
         };
         let given = problem.zero_vectors.iter().map(given).collect();
-        let Orthonormal { vectors, images, defect } = Orthonormal::new(given, &image, bits).ok()?;
+        let Orthonormal { vectors, images, defect, .. } = Orthonormal::new(given, &image, bits).ok()?;
         let whole = |v: &Vec<Big>| -> Option<Vec<(IBig, f64)>> { v.iter().map(|x| unit(x, 0, scale)).collect() };
         let mut zero = Self { vectors: Vec::new(), images: Vec::new(), image_error: Vec::new(), defect };
         for (v, y) in vectors.iter().zip(&images) {

@@ -23,7 +23,7 @@ use super::rows::{
     PLAIN_ERROR, Panel, U, form_error, forms, leftovers, plain_forms, products, products_error, residuals, squares,
 };
 use super::shifted::{Factor, Pencil};
-use crate::precision::{Ball, LANES, Lane, U2, sum_of_products, up};
+use crate::precision::{Ball, LANES, Lane, U2, up};
 
 /// Added to every length, for what underflows.
 const TINY: f64 = 1e-280;
@@ -361,9 +361,7 @@ impl Zeros {
             return None;
         }
         let image = |x: &[Ball]| pencil.mass.times_balls(x);
-        let Orthonormal { vectors, images, defect } = Orthonormal::new(vectors, &image, ()).ok()?;
-        let z = vectors.len();
-        let gram = (0..z * z).map(|at| sum_of_products(&vectors[at % z], &images[at / z], ())).collect();
+        let Orthonormal { vectors, images, gram, defect } = Orthonormal::new(vectors, &image, ()).ok()?;
         Some(Self { vectors, images, gram, least: 1.0 - defect })
     }
 }

@@ -161,8 +161,8 @@ impl Rows {
     /// A x, enclosed.
     pub(super) fn times_balls(&self, x: &[Ball]) -> Vec<Ball> {
         let row = |i: usize| {
-            let parts = self.entries(i).map(|(j, entry)| entry * x[j]);
-            parts.fold(Ball::ZERO, |sum, part| sum + part)
+            let parts = self.entries(i).filter(|(j, _)| !x[*j].is_zero());
+            parts.fold(Ball::ZERO, |sum, (j, entry)| sum + entry * x[j])
         };
         (0..self.dimension()).map(row).collect()
     }
