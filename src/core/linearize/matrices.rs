@@ -1,9 +1,9 @@
 //! M, K, G, C and N at the equilibrium, dense or sparse, added up from the elements.
 
+use super::Linearized;
 use super::assemble::Part;
 use super::constrained::Tangent;
 use super::velocity::{Matrix, sum};
-use super::{Linearized, MOST_COORDINATES};
 use crate::precision::{Ball, SparseMatrix};
 
 impl Linearized {
@@ -103,7 +103,7 @@ impl Linearized {
         let n = self.dimension();
         let mut shares: Vec<(u32, u32, Ball)> = Vec::new();
         let mut share = |i: usize, j: usize, value: Ball| shares.push((i as u32, j as u32, value));
-        if self.is_reduced() || self.units().is_some() && n <= MOST_COORDINATES {
+        if self.is_reduced() || self.units().is_some() {
             let dense = self.of_velocities(matrix).unwrap_or_default();
             dense.into_iter().enumerate().for_each(|(at, value)| share(at % n, at / n, value));
         } else {

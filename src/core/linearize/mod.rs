@@ -283,12 +283,7 @@ fn linearize_in(mut model: Model, units: bool, far: &Cell<Option<Model>>) -> Res
         model.pool.budget().room_for(format!("{shares} shares of the entries of M and K"), bytes, FULL)?;
     }
     let mut values = assembly.values::<Ball>(&model, ())?;
-    // Units are estimated from dense matrices.
-    let chosen = if rolls || visible > MOST_COORDINATES {
-        None
-    } else {
-        units::choose(&model, &assembly, &values, visible)
-    };
+    let chosen = if rolls { None } else { units::choose(&model, &assembly, &values, visible) };
     if let Some(own) = &chosen {
         far.set(Some(asked.as_ref().unwrap_or(&model).clone()));
         if units {

@@ -5,6 +5,7 @@
 //! likewise with no and one power of the rate, and λ = 2^rate λ'. Nothing is rounded. What the expressions of such a model go through on
 //! their way may be anywhere, so that they are evaluated in numbers whose exponents have no end ([`Values::wide`]), and end as balls.
 
+use super::MOST_COORDINATES;
 use super::assemble::{Assembly, Part, Values, evaluate_closed};
 use super::constrained::{choose_bound, gradients};
 use super::tied::put_multipliers_in;
@@ -150,6 +151,10 @@ pub(super) fn start<S: Scalar>(model: &Model, precision: S::Precision) -> Option
 /// Units for a model whose numbers are far from usual; `None` for any other, and where there are no numbers at all. The coordinates from
 /// `visible` on are multipliers.
 pub(super) fn choose(model: &Model, assembly: &Assembly, values: &Values<Ball>, visible: usize) -> Option<Units> {
+    // They are estimated from dense matrices.
+    if visible > MOST_COORDINATES {
+        return None;
+    }
     let mut at = start::<Big>(model, BITS)?;
     if !is_far(model, assembly, values, &at) {
         return None;
