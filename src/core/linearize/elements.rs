@@ -141,6 +141,15 @@ fn element(
     s: ExprId,
     variables: &Variables,
 ) -> Element {
+    let slope = splitter.slopes(pool, s, variables);
+    let mut curvature = Vec::new();
+    for (i, entry) in &slope {
+        for (j, second) in splitter.slopes(pool, *entry, variables) {
+            if j >= *i {
+                curvature.push((*i, j, second));
+            }
+        }
+    }
     // The number of a weight and that of a derivative are multiplied first: long sums are copied for each.
     let weighed = |pool: &mut Pool, e: ExprId, factor: &Number| match pool.as_number(weight) {
         Some(own) => {
@@ -154,6 +163,16 @@ fn element(
     };
     let (first, second) = match outer {
         Outer::Identity => (weight, pool.zero()),
+        // At velocity zero, for which alone it is asked, s is 0, and long sums need not be weighed.
+        Outer::Power(exponent)
+            if *exponent == Number::from(2)
+                && curvature.is_empty()
+                && variables.kind == Variable::Velocity
+                && splitter.facts.rests(pool, s) =>
+        {
+            let one = pool.one();
+            (pool.zero(), weighed(pool, one, exponent))
+        }
         Outer::Power(exponent) | Outer::PowerOfModulus(exponent) => {
             let once = exponent.sub(&Number::ONE);
             let twice = once.sub(&Number::ONE);
@@ -178,15 +197,6 @@ fn element(
             (pool.mul(weight, both[0]), pool.mul(weight, both[1]))
         }
     };
-    let slope = splitter.slopes(pool, s, variables);
-    let mut curvature = Vec::new();
-    for (i, entry) in &slope {
-        for (j, second) in splitter.slopes(pool, *entry, variables) {
-            if j >= *i {
-                curvature.push((*i, j, second));
-            }
-        }
-    }
     Element { first, second, slope, curvature }
 }
 
