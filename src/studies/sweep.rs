@@ -6,14 +6,17 @@
 //!
 //! It starts no thread: places are independent of each other, a [`Sweep`] is `Sync`, and a [`Worker`] belongs to one thread.
 
+use std::sync::Arc;
+
 use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
 use crate::sensitivity;
 use crate::source::{End, Source, parameter, rational, share, unit_of, written_ends};
 use librate_core::derive;
 use librate_core::linearize::{self, Linearized};
-use librate_core::model::{Model, Range};
+use librate_core::model::{Assumption, Model, Range};
 use librate_core::modes::{Kind, Options};
+use librate_core::number::Number;
 use librate_core::oscillation::{self, NormalModes};
 use librate_core::precision::{Ball, Scalar};
 
@@ -41,16 +44,17 @@ pub struct Sweep {
     options: Options,
     /// The ends of the range as they are written.
     ends: Option<[End; 2]>,
-    derived: Option<Derived>,
+    derived: Option<Arc<Derived>>,
 }
 
 /// The model as a function of the parameter.
 #[derive(Clone, Debug)]
 struct Derived {
     study: Study,
-    /// The ends of the range in SI.
+    /// The ends of the range in SI, and exactly where they are rational.
     from: Ball,
     to: Ball,
+    exact: Option<[Number; 2]>,
 }
 
 impl Sweep {
@@ -59,7 +63,7 @@ impl Sweep {
     pub fn new(source: Source, range: Range, options: Options) -> Self {
         let mut sweep = Self::by_places(source, range, options);
         if sweep.range.len() >= FEW {
-            sweep.derived = sweep.derive();
+            sweep.derived = sweep.derive().map(Arc::new);
         }
         sweep
     }
@@ -103,6 +107,11 @@ impl Sweep {
     }
 
     fn model(&self, place: usize) -> Result<Model, Error> {
+        if let Some(Derived { study, exact: Some([from, to]), .. }) = self.derived.as_deref()
+            && let Some(share) = share(&self.range, place)
+        {
+            return Ok(study.model_with([Some(from.add(&to.sub(from).mul(&share)))]));
+        }
         self.source.model(&self.range, place, Error::Model)
     }
 
@@ -136,7 +145,7 @@ impl Sweep {
 
     /// The same over as many places and one between any two; `None` where that is too many, or there is a single one.
     pub(crate) fn finer(&self) -> Option<Self> {
-        Some(Self { range: self.range.finer()?, derived: None, ..self.clone() })
+        Some(Self { range: self.range.finer()?, ..self.clone() })
     }
 
     /// The ends of the range in SI.
@@ -155,13 +164,21 @@ impl Sweep {
     fn derive(&self) -> Option<Derived> {
         let first = self.model(0).ok()?;
         let last = self.model(self.range.len() - 1).ok()?;
-        if first.coordinates.len() > MOST_COORDINATES {
+        let number = parameter(&first, &self.range)?;
+        let is_assumed = |own: &Assumption| {
+            let symbols = first.pool.symbols_of(&[own.left, own.right]);
+            symbols.contains(&first.parameters[number].symbol)
+        };
+        // What is assumed of it has to be asked at each place.
+        if first.coordinates.len() > MOST_COORDINATES || first.assumptions.iter().any(is_assumed) {
             return None;
         }
         let (from, to) = (self.in_si(&first)?, self.in_si(&last)?);
+        let [start, end] = [&first, &last].map(|own| own.pool.as_number(own.parameters[number].value?).cloned());
+        let exact = start.zip(end).map(|(start, end)| [start, end]);
         let options = batch::Options::default().without_vectors().without_matrices();
         let study = Study::with_options(first, &[self.range.name()], options).ok()?;
-        study.is_at_rest().then_some(Derived { study, from, to })
+        study.is_at_rest().then_some(Derived { study, from, to, exact })
     }
 
     /// For one thread.
@@ -191,7 +208,7 @@ impl Worker<'_> {
     /// Enclosures of the exponents at some places, in the order of the modes; nothing for a place where doubles do
     /// not decide which mode is what.
     pub fn enclosed(&mut self, places: &[usize]) -> Vec<Option<Vec<Enclosed>>> {
-        let Some(Derived { study, from, to }) = &self.sweep.derived else {
+        let Some(Derived { study, from, to, .. }) = self.sweep.derived.as_deref() else {
             return vec![None; places.len()];
         };
         let way = *to - *from;

@@ -64,6 +64,13 @@ fn places_without_modes_are_empty_and_told() {
     assert!(csv.err.contains("at N = 1.5: 3/2 is not a whole number"), "{}", csv.err);
     let none = run(&["sweep", "models/chain_walls.lag", "--over", "N=1/3..1/2:2"]);
     assert_eq!((none.status, none.out.as_str()), (1, ""));
+    // What is assumed of the parameter holds at the ends, and not between.
+    let file = folder("assumed").join("model.lag");
+    fs::write(&file, "param c = 2 assume (c - 1)^2 > 1/2 coord x T = 1/2*x'^2 V = 1/2*c*x^2").unwrap();
+    let assumed = run(&["sweep", file.to_str().unwrap(), "--over", "c=0..2:21"]);
+    let lines: Vec<&str> = assumed.out.lines().collect();
+    assert_eq!((lines[1], lines[11], lines[21]), ("0.0,0", "1.0,", "2.0,1.414213562"));
+    assert!(assumed.err.contains("at c = 0.3: this assumption does not hold"), "{}", assumed.err);
 }
 
 #[test]

@@ -19,10 +19,14 @@ impl Study {
         if set.len() != self.width() {
             return Err(StudyError::Length { found: set.len(), width: self.width() });
         }
+        Ok(self.model_with(set.iter().map(|value| Number::from_f64_exact(*value))))
+    }
+
+    /// The model with other values in place of its own.
+    pub(crate) fn model_with(&self, set: impl IntoIterator<Item = Option<Number>>) -> Model {
         let mut model = self.model.clone();
         for (number, value) in self.varying.iter().zip(set) {
-            let value = Number::from_f64_exact(*value).map(|value| model.pool.number(value));
-            model.parameters[*number].value = value;
+            model.parameters[*number].value = value.map(|value| model.pool.number(value));
         }
         let own = model.parameters.iter().filter(|own| model.pool.as_symbol(own.symbolic) == Some(own.symbol));
         let values: Substitution = own.filter_map(|own| Some((own.symbol, own.value?))).gather();
@@ -36,7 +40,7 @@ impl Study {
                 given.value = closed(&mut model.pool, given.symbolic, &values);
             }
         }
-        Ok(model)
+        model
     }
 
     /// The normal modes of one set with every digit certified, as
