@@ -9,7 +9,7 @@ use crate::modes::exponents::{
     Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents,
     exponents_without_inertia, finish,
 };
-use crate::modes::{Kind, ModesError, Options, Stability};
+use crate::modes::{Kind, ModesError, Options, Stability, leading};
 use crate::order::Gather;
 use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, System, quadratic_form};
 
@@ -405,9 +405,7 @@ fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> Shape {
 /// Turned so that the first component within 1e-6 of the largest is real and positive.
 fn turned(real: Vec<f64>, imaginary: Vec<f64>, bound: f64) -> Shape {
     let size = |at: usize| real[at].hypot(imaginary[at]);
-    let largest = (0..real.len()).fold(0.0_f64, |most, at| most.max(size(at)));
-    let first = (0..real.len()).find(|at| size(*at) >= largest * (1.0 - 1e-6));
-    let Some(first) = first.filter(|_| largest > 0.0) else {
+    let Some((first, largest)) = leading(real.len(), size).filter(|(_, largest)| *largest > 0.0) else {
         return Shape { real, imaginary, bound };
     };
     // Turned by the angle of that component, which is known to (π/2) bound / size: all components move with it.
