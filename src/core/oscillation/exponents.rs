@@ -290,25 +290,11 @@ fn solved_for(entry: &Exponent, problem: &QuadraticProblem) -> Option<(Vec<c64>,
         let rest = s.times(&velocity).add(&Complex::new(stiffness, Ball::ZERO));
         s.mul(&s).times(&mass).add(&rest)
     };
-    // Real and imaginary parts side by side: [Re, -Im; Im, Re].
     let without = |left_out: usize| {
-        let entry = |at: usize| {
-            let (row, column) = (at / (2 * n), at % (2 * n));
-            let (i, j) = (row % n, column % n);
-            if i == left_out {
-                let is_fixed = j == fixed && (row < n) == (column < n);
-                return if is_fixed { Ball::ONE } else { Ball::ZERO };
-            }
-            let own = of(i, j);
-            match (row < n, column < n) {
-                (true, true) | (false, false) => own.re,
-                (true, false) => -own.im,
-                (false, true) => own.im,
-            }
-        };
+        let unit = |j: usize| Complex::real(f64::from(u8::from(j == fixed)), ());
         let mut right = vec![Ball::ZERO; 2 * n];
         right[left_out] = Ball::ONE;
-        System::new(2 * n, (0..4 * n * n).map(entry).collect())?.solve(&right)
+        System::of_complex(n, |i, j| if i == left_out { unit(j) } else { of(i, j) })?.solve(&right)
     };
     let parts = [fixed].into_iter().chain((0..n).filter(|i| *i != fixed)).find_map(without)?;
     let (re, im) = parts.split_at(n);
