@@ -1,6 +1,6 @@
 //! How frequencies change with the amplitude, as text and as JSON.
 
-use super::json::{Object, array, error_bound, lines, null, number, string};
+use super::json::{Object, array, lines, null, number, string};
 use super::modes::numbered;
 use super::table::{Column, GAP, draw};
 use super::{Style, Tone, Written, bound_text, headline, nearest, nearest_bound, shown_unit, with_unit};
@@ -120,10 +120,7 @@ pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: 
     let objects = modes.modes.iter().zip(&amplitudes.modes).map(|(mode, found)| {
         let [written, _] = Written::of_mode(mode, digits);
         let mut object = Object::new(", ");
-        object.field("omega", number(mode.omega.mid_f64()));
-        object.field("omega_digits", written.json());
-        object.field("error_bound", error_bound(&mode.omega));
-        object.field("digits_error_bound", number(written.bound));
+        object.certified("omega", &mode.omega, &written);
         object.field("coordinate", string(&model.coordinates.at(found.coordinate).name()));
         match &found.change {
             Some(change) => {

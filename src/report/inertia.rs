@@ -1,6 +1,6 @@
 //! Mass, centre of mass, tensors and their principal moments, as text and as JSON.
 
-use super::json::{array, bound, error_bound, lines, model_and_version, number, record, string};
+use super::json::{Object, array, bound, lines, model_and_version, number, record, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, counted, headed, listed, with_unit};
 use librate_core::precision::{Ball, Big, one_digit_up_text};
@@ -201,15 +201,11 @@ fn matrix(entries: &[[Big; 3]; 3], digits: usize) -> String {
 /// `moments`, `equal`, `possible`.
 fn principal_json(principal: &Principal, digits: usize) -> String {
     let moments = principal.moments.iter().map(|moment| {
-        let text = moment_digits(moment, digits);
-        record([
-            ("moment", number(moment.value.mid_f64())),
-            ("moment_digits", text.json()),
-            ("error_bound", error_bound(&moment.value)),
-            ("digits_error_bound", number(text.bound)),
-            ("axis", array(moment.axis.iter().map(|x| number(*x)))),
-            ("axis_error_bound", bound(moment.axis_error_bound)),
-        ])
+        let mut object = Object::new(", ");
+        object.certified("moment", &moment.value, &moment_digits(moment, digits));
+        object.field("axis", array(moment.axis.iter().map(|x| number(*x))));
+        object.field("axis_error_bound", bound(moment.axis_error_bound));
+        object.end()
     });
     let equal = principal.equal.iter().map(|equal| {
         let numbers = equal.moments.clone().map(|at| (at + 1).to_string());

@@ -454,6 +454,14 @@ impl Object {
         let _ = write!(self.begin(name), "{value}");
     }
 
+    /// A number with its digits and the bounds of both.
+    pub(super) fn certified(&mut self, name: &str, value: &Ball, written: &Written) {
+        self.field(name, number(value.mid_f64()));
+        self.field(&format!("{name}_digits"), written.json());
+        self.field("error_bound", error_bound(value));
+        self.field("digits_error_bound", number(written.bound));
+    }
+
     /// A field that is left out where there is no value.
     pub(super) fn optional(&mut self, name: &str, value: Option<impl Display>) {
         if let Some(value) = value {

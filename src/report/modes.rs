@@ -407,14 +407,13 @@ fn largest_of(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Column
 /// A shape by the heights of characters, the coordinates in their order: half height for 0. Of more coordinates than there are characters
 /// the largest of those side by side. Where coordinates do not move in phase, those a quarter of a period later follow.
 fn sparkline(mode: &NormalMode) -> String {
-    let sizes: Vec<f64> = (0..mode.vector.len()).map(|at| modulus(mode, at)).collect();
-    let top = sizes.iter().copied().fold(0.0, f64::max);
+    let top = (0..mode.vector.len()).map(|at| mode.modulus(at)).fold(0.0, f64::max);
     if mode.imaginary.is_empty() {
         return heights(&mode.vector, top);
     }
     // From where the first of the largest is farthest.
-    let Some(first) = sizes.iter().position(|size| *size >= (1.0 - 1e-6) * top) else { return String::new() };
-    let [c, s] = [mode.vector[first] / sizes[first], mode.imaginary[first] / sizes[first]];
+    let Some(first) = mode.leading() else { return String::new() };
+    let [c, s] = [mode.vector[first], mode.imaginary[first]].map(|part| part / mode.modulus(first));
     let parts = mode.vector.iter().zip(&mode.imaginary);
     let now: Vec<f64> = parts.clone().map(|(re, im)| c * re + s * im).collect();
     let later: Vec<f64> = parts.map(|(re, im)| s * re - c * im).collect();
@@ -451,7 +450,7 @@ fn over_power(name: &str, power: i32) -> String {
 fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String {
     let ten = Ball::from(10.0).powi(power.abs());
     let bound = mode.error_bound_of(at);
-    let tells = |at: usize| mode.error_bound_of(at) <= VAGUE_SHARE * modulus(mode, at);
+    let tells = |at: usize| mode.error_bound_of(at) <= VAGUE_SHARE * mode.modulus(at);
     let vague = !(0..mode.vector.len()).any(tells);
     let written = |value: f64| {
         let value = Ball::from(value).with_added_radius(bound);
@@ -476,16 +475,10 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
     format!("{} {sign} {size}i", written(real))
 }
 
-/// The size of a component.
-fn modulus(mode: &NormalMode, at: usize) -> f64 {
-    let real = mode.vector.get(at).copied().unwrap_or(0.0);
-    mode.imaginary.get(at).map_or(real.abs(), |imaginary| real.hypot(*imaginary))
-}
-
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
 fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
-    let mut order: Vec<(f64, usize)> = (0..mode.vector.len()).map(|at| (modulus(mode, at), at)).collect();
+    let mut order: Vec<(f64, usize)> = (0..mode.vector.len()).map(|at| (mode.modulus(at), at)).collect();
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
     // A thousandth of the largest can't be seen in a shape.
     order.retain(|(size, at)| *size >= top * 1e-3 && *size > mode.error_bound_of(*at));
@@ -504,7 +497,7 @@ fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> 
         .into_iter()
         .map(|(_, at)| {
             let text = component(mode, at, power, ROUGH_DIGITS);
-            let size = text.parse().map_or_else(|_| modulus(mode, at) / 10f64.powi(power), f64::abs);
+            let size = text.parse().map_or_else(|_| mode.modulus(at) / 10f64.powi(power), f64::abs);
             (size, at, text)
         })
         .collect();

@@ -1,6 +1,6 @@
 //! Periods of one coordinate, as text, JSON and CSV.
 
-use super::json::{Object, array, error_bound, model_and_version, null, number, string};
+use super::json::{Object, array, model_and_version, null, number, string};
 use super::plain::wrapped;
 use super::{Style, Tone, Written, csv_text, headline, nearest, nearest_bound, shown_unit};
 use librate_core::model::Range;
@@ -94,10 +94,7 @@ fn period_fields(object: &mut Object, oscillator: &Oscillator, found: &Period, o
     object.field("model", model_and_version(model.name.as_deref()));
     object.field("coordinate", string(&oscillator.coordinate_name()));
     object.field("motion", string(motion));
-    object.field("period", value(&found.period));
-    object.field("period_digits", period.json());
-    object.field("error_bound", error_bound(&found.period));
-    object.field("digits_error_bound", number(period.bound));
+    object.certified("period", &found.period, &period);
     object.field("small_amplitude_period", found.small.as_ref().map_or_else(null, value));
     let small = found.small.as_ref();
     let small = small.map(|small| Written::finest(small, found.small_precise.as_ref(), options.digits));

@@ -50,7 +50,8 @@ pub fn refined<P, E>(
         known.order_by_key(|own| own.0);
         if slack.is_empty() {
             let parts = known.first().map_or(0, |own| own.1.len());
-            slack = (0..parts).map(|part| FLAT * span(known.iter().map(|own| own.1[part]))).collect();
+            let span = |part: usize| span(known.iter().map(|own| own.1[part]));
+            slack = (0..parts).map(span).map(|[span, rounding]| FLAT * span.max(rounding)).collect();
         }
         // A few points are on many curves.
         let mut bent = vec![known.len() < 5; known.len().saturating_sub(1)];
@@ -69,10 +70,10 @@ pub fn refined<P, E>(
     Ok(known.into_iter().map(|own| own.2).collect())
 }
 
-/// From the least to the largest finite number.
-fn span(values: impl Iterator<Item = f64>) -> f64 {
+/// From the least to the largest finite number, and what rounding may be of that.
+pub(crate) fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let finite = values.filter(|own| own.is_finite());
     let (least, most) =
         finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), own| (least.min(own), most.max(own)));
-    (most - least).max(1e-9 * most.abs().max(least.abs()))
+    [most - least, 1e-9 * most.abs().max(least.abs())]
 }

@@ -7,7 +7,7 @@
 //! they are. So it is where frequencies bend. Modes of different symmetry classes never belong together. Among equal frequencies no shape is one of a mode; those before
 //! are kept until they part again.
 
-use crate::refine::{DEEPEST, FLAT, MOST_FINER, off_line};
+use crate::refine::{DEEPEST, FLAT, MOST_FINER, off_line, span};
 use crate::sweep::{Place, Sweep};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
@@ -183,13 +183,10 @@ struct Follower {
 impl Follower {
     fn new(places: &[Place]) -> Self {
         let slack = [0, 1].map(|part| {
-            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-            for (_, modes) in places.iter().filter_map(|place| place.result.as_ref().ok()) {
-                for own in modes.modes.iter().map(|mode| point(mode)[part]) {
-                    (least, most) = (least.min(own), most.max(own));
-                }
-            }
-            (FLAT * (most - least)).max(1e-9 * most.abs().max(least.abs()))
+            let solved = places.iter().filter_map(|place| place.result.as_ref().ok());
+            let all = solved.flat_map(|(_, modes)| &modes.modes).map(|mode| point(mode)[part]);
+            let [span, rounding] = span(all);
+            (FLAT * span).max(rounding)
         });
         Self { slack, left: MOST_FINER * places.len() }
     }

@@ -9,7 +9,7 @@ use super::newton::Spectrum;
 use super::symbolic::{constant_along, constant_force};
 use super::undefined::point_text;
 use crate::number::Number;
-use crate::precision::{Ball, Scalar, clear_column};
+use crate::precision::{Ball, Scalar, reduce};
 
 /// Combinations with larger denominators are not tried.
 const LARGEST_DENOMINATOR: u64 = 10_000;
@@ -23,13 +23,7 @@ fn fraction(x: f64) -> Option<Number> {
 /// The columns in reduced echelon form, by the largest pivots.
 fn reduced(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let mut rows: Vec<Vec<f64>> = columns.column_iter().map(|column| column.iter().copied().collect()).collect();
-    let mut open: Vec<usize> = (0..columns.nrows()).collect();
-    for k in 0..rows.len() {
-        let row = &rows[k];
-        let Some(pivot) = open.iter().copied().max_by(|a, b| row[*a].abs().total_cmp(&row[*b].abs())) else { break };
-        open.retain(|i| *i != pivot);
-        clear_column(&mut rows, k, pivot, ());
-    }
+    reduce(&mut rows, columns.nrows(), |x| x.abs(), ());
     rows
 }
 

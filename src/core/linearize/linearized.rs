@@ -9,7 +9,7 @@ use super::{
     symbolic, velocity, zero,
 };
 use crate::model::{Given, Model};
-use crate::precision::{Ball, Integers, clear_column};
+use crate::precision::{Ball, Integers, has_pivots};
 
 impl Linearized {
     /// The model.
@@ -309,14 +309,8 @@ impl Linearized {
         // Multipliers, which have no inertia, stand behind the coordinates.
         let (n, all) = (self.coordinates(), self.model.coordinates.len());
         let mass = self.assembly.mass(&at, &self.values);
-        let mut rows: Vec<Vec<Ball>> = (0..n).map(|i| (0..n).map(|j| mass[i + all * j]).collect()).collect();
-        (0..n).all(|k| {
-            let is_positive = rows[k][k].is_positive();
-            if is_positive {
-                clear_column(&mut rows, k, k, ());
-            }
-            is_positive
-        })
+        let rows = (0..n).map(|i| (0..n).map(|j| mass[i + all * j]).collect()).collect();
+        has_pivots(rows, Ball::is_positive, ())
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::ModelError;
 use super::instance::{Along, Instance, Leaf, key_of};
-use super::names::{Entity, Key, LetPiece, Progress, World, key};
+use super::names::{Entity, Key, LetPiece, Progress, World};
 use super::run::{DEEPEST_LET, Stop};
 use super::values::{Value, filled};
 use crate::span::Span;
@@ -37,51 +37,63 @@ impl World {
         family.grid.find(at).ok_or_else(|| self.out_of_range(entity, &at[..rank], span))
     }
 
-    /// The value of a member, a slice or a family.
+    /// The value of a member, a slice or a family; 0 in a light run, which finds out only what fills the slots of an instance.
     pub(super) fn read(
         &mut self,
         entity: Entity,
-        at: &[i64],
+        at: &[Along],
         span: Span,
         mut instance: Option<&mut Instance>,
+        is_light: bool,
     ) -> Result<Value, Stop> {
         if self.broken.contains(&entity) {
             return Err(Stop::from(ModelError::FollowOn {}));
         }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
+        let (indices, rest) = at.split_at(at.len().min(rank));
+        let own = key_of(indices);
+        if let (Some(instance), Some(family)) = (&mut instance, self.family(entity)) {
+            instance.limit(family.grid.steady(indices));
+        }
         if at.len() < rank {
-            let (from, to) = self.bounds(entity, at, span)?;
+            let (from, to) = self.bounds(entity, &own[..at.len()], span)?;
+            if let Some(instance) = &mut instance {
+                instance.note(to - from);
+            }
+            let mut deeper = [Along::default(); 3];
+            deeper[..at.len()].copy_from_slice(at);
             let mut parts = Vec::new();
             for index in from..=to {
-                let mut deeper = at.to_vec();
-                deeper.push(index);
-                parts.push(self.read(entity, &deeper, span, instance.as_deref_mut())?);
+                deeper[at.len()].value = index;
+                let part = self.read(entity, &deeper[..=at.len()], span, instance.as_deref_mut(), is_light)?;
+                parts.extend((!is_light).then_some(part));
             }
             return Ok(Value::Vector(filled(parts)));
         }
-        let (own, rest) = at.split_at(rank);
-        let own = key(own);
         match entity {
             Entity::Parameter(family) => {
                 let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
-                match instance {
+                match (instance, self.parameters.get(number)) {
                     // A parameter without indices is the same for all instances.
-                    Some(instance) if rank > 0 => {
-                        let slot = instance.slot(Leaf::Parameter(number), 0);
-                        Ok(Value::Scalar(self.value_slot(slot)))
+                    (Some(instance), _) if rank > 0 => {
+                        let growth = self.parameter_families[family].grid.growth(indices);
+                        let slot = instance.slot(Leaf::Parameter(number), growth);
+                        Ok(if is_light { Value::Zero } else { Value::Scalar(self.value_slot(slot)) })
                     }
-                    Some(_) | None => match self.parameters.get(number) {
-                        Some(parameter) => Ok(Value::Scalar(parameter.symbolic)),
-                        // A member of the family that is being worked out.
-                        None => Err(self.parameter_families[family].recursive(&own, span).into()),
-                    },
+                    (_, Some(parameter)) => Ok(Value::Scalar(parameter.symbolic)),
+                    // A member of the family that is being worked out.
+                    (_, None) => Err(self.parameter_families[family].recursive(&own, span).into()),
                 }
             }
-            Entity::Coordinate(_) => {
+            Entity::Coordinate(family) => {
                 let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
                 let symbol = match instance {
                     Some(instance) => {
-                        let slot = instance.slot(Leaf::Coordinate(number), 0);
+                        let growth = self.coordinate_families[family].grid.growth(indices);
+                        let slot = instance.slot(Leaf::Coordinate(number), growth);
+                        if is_light {
+                            return Ok(Value::Zero);
+                        }
                         self.coordinate_slot(slot)[0]
                     }
                     None => self.coordinates.at(number).symbol,
@@ -89,75 +101,27 @@ impl World {
                 Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
             }
             Entity::Let(family) => {
-                let value = match instance {
+                let value = match &mut instance {
                     Some(instance) if rank > 0 => {
-                        let program = Arc::clone(&self.let_piece(family, &own, span)?.1.program);
-                        self.run(&program, &mut own[..rank].to_vec(), Some(instance))?
+                        let mut slots = own[..rank].to_vec();
+                        let mut steps: Vec<i64> = indices.iter().map(|index| index.step).collect();
+                        let (number, piece) = self.let_piece(family, &own, span)?;
+                        let program = Arc::clone(&piece.program);
+                        if piece.filter.as_ref().is_some_and(|filter| filter.moves(&steps)) {
+                            instance.limit(0);
+                        }
+                        instance.note(i64::try_from(number).unwrap_or(i64::MAX));
+                        if is_light {
+                            self.run_light(&program, &mut slots, &mut steps, instance).map(|()| Value::Zero)?
+                        } else {
+                            self.run(&program, &mut slots, Some(instance))?
+                        }
                     }
+                    Some(_) if is_light => Value::Zero,
                     Some(_) | None => self.let_member(family, own, span)?,
                 };
-                component(value, rest, span)
-            }
-            Entity::Table(_) => Err(Stop::WriteOut),
-        }
-    }
-
-    pub(super) fn read_light(
-        &mut self,
-        entity: Entity,
-        at: &[Along],
-        span: Span,
-        instance: &mut Instance,
-    ) -> Result<(), Stop> {
-        if self.broken.contains(&entity) {
-            return Err(Stop::from(ModelError::FollowOn {}));
-        }
-        let rank = self.family(entity).map_or(0, |family| family.grid.rank);
-        let own = key_of(&at[..at.len().min(rank)]);
-        if let Some(family) = self.family(entity) {
-            instance.limit(family.grid.steady(&at[..at.len().min(rank)]));
-        }
-        if at.len() < rank {
-            let (from, to) = self.bounds(entity, &own[..at.len()], span)?;
-            instance.note(to - from);
-            let mut deeper = [Along::default(); 3];
-            deeper[..at.len()].copy_from_slice(at);
-            for index in from..=to {
-                deeper[at.len()].value = index;
-                self.read_light(entity, &deeper[..=at.len()], span, instance)?;
-            }
-            return Ok(());
-        }
-        let (indices, rest) = at.split_at(rank);
-        match entity {
-            Entity::Parameter(family) => {
-                let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
-                if rank > 0 {
-                    instance.slot(Leaf::Parameter(number), self.parameter_families[family].grid.growth(indices));
-                }
-                Ok(())
-            }
-            Entity::Coordinate(family) => {
-                let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
-                instance.slot(Leaf::Coordinate(number), self.coordinate_families[family].grid.growth(indices));
-                Ok(())
-            }
-            Entity::Let(family) => {
-                if rank > 0 {
-                    let mut slots = own[..rank].to_vec();
-                    let mut steps: Vec<i64> = indices.iter().map(|index| index.step).collect();
-                    let (number, piece) = self.let_piece(family, &own, span)?;
-                    let program = Arc::clone(&piece.program);
-                    if piece.filter.as_ref().is_some_and(|filter| filter.moves(&steps)) {
-                        instance.limit(0);
-                    }
-                    instance.note(i64::try_from(number).unwrap_or(i64::MAX));
-                    self.run_light(&program, &mut slots, &mut steps, instance)?;
-                }
-                for index in rest {
-                    instance.note_index(*index);
-                }
-                Ok(())
+                rest.iter().for_each(|index| instance.iter_mut().for_each(|own| own.note_index(*index)));
+                component(value, rest.iter().map(|index| index.value), span)
             }
             Entity::Table(_) => Err(Stop::WriteOut),
         }
@@ -266,7 +230,7 @@ impl World {
     }
 }
 
-pub(super) fn component(mut value: Value, at: &[i64], span: Span) -> Result<Value, Stop> {
+pub(super) fn component(mut value: Value, at: impl IntoIterator<Item = i64>, span: Span) -> Result<Value, Stop> {
     for index in at {
         let mut parts = match value {
             Value::Vector(parts) => parts,
@@ -276,7 +240,7 @@ pub(super) fn component(mut value: Value, at: &[i64], span: Span) -> Result<Valu
             }
         };
         let count = parts.len();
-        value = match usize::try_from(*index) {
+        value = match usize::try_from(index) {
             Ok(i) if (1..=count).contains(&i) => parts.swap_remove(i - 1),
             _ => {
                 let (member, available) = (format!("[{index}]"), format!("the vector has the components 1..{count}"));

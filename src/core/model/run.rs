@@ -107,8 +107,8 @@ impl World {
                 Value::Scalar(self.number_value(number, leaf, instance.as_deref_mut()))
             }
             Op::Read { entity, indices } => {
-                let at = self.integers(indices, slots)?;
-                self.read(*entity, &at, span, instance.as_deref_mut())?
+                let at = self.integers(indices, slots)?.into_iter().map(|value| Along { value, step: 0 });
+                self.read(*entity, &at.collect::<Vec<_>>(), span, instance.as_deref_mut(), false)?
             }
             Op::BeginExponent | Op::EndExponent => {
                 if let Some(instance) = instance {
@@ -135,7 +135,7 @@ impl World {
             Op::Component(indices) => {
                 let at = self.integers(indices, slots)?;
                 let base = operands.into_iter().next().unwrap_or(Value::Vector(Vec::new()));
-                component(base, &at, span)?
+                component(base, at, span)?
             }
             Op::Call(builtin, _) => {
                 let value = self.call(*builtin, &operands, span)?;
@@ -206,11 +206,11 @@ impl World {
                         for (own, index) in at.iter_mut().zip(indices) {
                             *own = self.along(index, slots, steps, instance)?;
                         }
-                        self.read_light(*entity, &at[..indices.len()], *span, instance)?;
+                        self.read(*entity, &at[..indices.len()], *span, Some(instance), true)?;
                     } else {
                         let at = indices.iter().map(|index| self.along(index, slots, steps, instance));
                         let at = at.collect::<Result<Vec<Along>, _>>()?;
-                        self.read_light(*entity, &at, *span, instance)?;
+                        self.read(*entity, &at, *span, Some(instance), true)?;
                     }
                 }
                 Op::BeginExponent | Op::EndExponent => instance.exponent(op),

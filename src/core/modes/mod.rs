@@ -40,7 +40,7 @@ use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
 use precise::Precisely;
 pub use shape::orient;
-pub(crate) use shape::signed;
+pub(crate) use shape::{leading, signed};
 pub(crate) use sparse::keep_nearest;
 pub use sparse::{
     Method, SparseProblem, SparseQuadratic, SparseResponse, Wanted, is_definite, solve_sparse, solve_sparse_quadratic,

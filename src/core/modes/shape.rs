@@ -185,6 +185,12 @@ pub(super) fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
     Shape { vector, error_bound }
 }
 
+/// The first of so many components whose size is within 1e-6 of the largest, and that; `None` without components.
+pub(crate) fn leading(count: usize, size: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
+    let largest = (0..count).map(&size).fold(0.0, f64::max);
+    Some(((0..count).find(|at| size(*at) >= NEARLY_LARGEST * largest)?, largest))
+}
+
 /// The sign of a vector: the first component within 1e-6 of the largest is positive.
 pub fn orient(vector: &mut [f64]) {
     let mut largest = [0.0_f64; 4];

@@ -9,7 +9,7 @@ use crate::modes::exponents::{
     Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents,
     exponents_without_inertia, finish,
 };
-use crate::modes::{Kind, ModesError, Options, Stability};
+use crate::modes::{Kind, ModesError, Options, Stability, leading};
 use crate::order::Gather;
 use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, System, quadratic_form};
 
@@ -290,25 +290,11 @@ fn solved_for(entry: &Exponent, problem: &QuadraticProblem) -> Option<(Vec<c64>,
         let rest = s.times(&velocity).add(&Complex::new(stiffness, Ball::ZERO));
         s.mul(&s).times(&mass).add(&rest)
     };
-    // Real and imaginary parts side by side: [Re, -Im; Im, Re].
     let without = |left_out: usize| {
-        let entry = |at: usize| {
-            let (row, column) = (at / (2 * n), at % (2 * n));
-            let (i, j) = (row % n, column % n);
-            if i == left_out {
-                let is_fixed = j == fixed && (row < n) == (column < n);
-                return if is_fixed { Ball::ONE } else { Ball::ZERO };
-            }
-            let own = of(i, j);
-            match (row < n, column < n) {
-                (true, true) | (false, false) => own.re,
-                (true, false) => -own.im,
-                (false, true) => own.im,
-            }
-        };
+        let unit = |j: usize| Complex::real(f64::from(u8::from(j == fixed)), ());
         let mut right = vec![Ball::ZERO; 2 * n];
         right[left_out] = Ball::ONE;
-        System::new(2 * n, (0..4 * n * n).map(entry).collect())?.solve(&right)
+        System::of_complex(n, |i, j| if i == left_out { unit(j) } else { of(i, j) })?.solve(&right)
     };
     let parts = [fixed].into_iter().chain((0..n).filter(|i| *i != fixed)).find_map(without)?;
     let (re, im) = parts.split_at(n);
@@ -405,9 +391,7 @@ fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> Shape {
 /// Turned so that the first component within 1e-6 of the largest is real and positive.
 fn turned(real: Vec<f64>, imaginary: Vec<f64>, bound: f64) -> Shape {
     let size = |at: usize| real[at].hypot(imaginary[at]);
-    let largest = (0..real.len()).fold(0.0_f64, |most, at| most.max(size(at)));
-    let first = (0..real.len()).find(|at| size(*at) >= largest * (1.0 - 1e-6));
-    let Some(first) = first.filter(|_| largest > 0.0) else {
+    let Some((first, largest)) = leading(real.len(), size).filter(|(_, largest)| *largest > 0.0) else {
         return Shape { real, imaginary, bound };
     };
     // Turned by the angle of that component, which is known to (π/2) bound / size: all components move with it.

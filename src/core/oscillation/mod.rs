@@ -85,19 +85,16 @@ impl NormalModes {
     #[must_use]
     pub fn with_largest_component_one(mut self) -> Self {
         for mode in &mut self.modes {
-            let size =
-                |mode: &NormalMode, at: usize| mode.vector[at].hypot(mode.imaginary.get(at).copied().unwrap_or(0.0));
-            let top = (0..mode.vector.len()).map(|at| size(mode, at)).fold(0.0, f64::max);
-            let Some(first) = (0..mode.vector.len()).find(|at| size(mode, *at) >= top * (1.0 - 1e-6)) else { continue };
+            let Some(first) = mode.leading() else { continue };
             // That component is real and positive. A quotient of enclosures is as wide as both, and rounded once.
             let largest = mode.vector[first];
             let own = mode.error_bound_of(first);
             let least = (largest - own).max(0.0);
-            let bound = |mode: &NormalMode, at: usize| {
-                let spread = mode.error_bound_of(at) + own * size(mode, at) / largest;
-                (spread / least) * (1.0 + 1e-15) + f64::EPSILON * size(mode, at) / largest
+            let bound = |at: usize| {
+                let spread = mode.error_bound_of(at) + own * mode.modulus(at) / largest;
+                (spread / least) * (1.0 + 1e-15) + f64::EPSILON * mode.modulus(at) / largest
             };
-            let all: Vec<f64> = (0..mode.vector.len()).map(|at| bound(mode, at)).collect();
+            let all: Vec<f64> = (0..mode.vector.len()).map(bound).collect();
             mode.vector_error_bound = all.iter().copied().fold(0.0, f64::max);
             if !mode.component_error_bounds.is_empty() {
                 mode.component_error_bounds = all;
@@ -181,6 +178,19 @@ impl NormalMode {
             let precise = self.precise.as_deref().map(|own| ratio(&own.growth, &own.omega));
             (ratio(&self.growth, &self.omega), precise)
         })
+    }
+
+    /// The size of a component of the shape, by its number.
+    #[must_use]
+    pub fn modulus(&self, component: usize) -> f64 {
+        let real = self.vector.get(component).copied().unwrap_or(0.0);
+        self.imaginary.get(component).map_or(real.abs(), |imaginary| real.hypot(*imaginary))
+    }
+
+    /// The first component within 1e-6 of the largest, which is real and positive.
+    #[must_use]
+    pub fn leading(&self) -> Option<usize> {
+        modes::leading(self.vector.len(), |at| self.modulus(at)).map(|(at, _)| at)
     }
 
     /// A bound of the error of a component of the shape, by its number.

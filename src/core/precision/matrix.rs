@@ -176,6 +176,30 @@ pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, pr
     }
 }
 
+/// Whether all pivots of an elimination without exchanges are as they should be.
+pub fn has_pivots<T: Entry>(mut rows: Vec<Vec<T>>, is_pivot: impl Fn(&T) -> bool, precision: T::Precision) -> bool {
+    for k in 0..rows.len() {
+        if !is_pivot(&rows[k][k]) {
+            return false;
+        }
+        clear_column(&mut rows, k, k, precision);
+    }
+    true
+}
+
+/// The reduced echelon form of rows one after the other, each by its largest entry in the first so many columns: where these stand.
+pub fn reduce<T: Entry>(rows: &mut [Vec<T>], width: usize, size: fn(&T) -> f64, precision: T::Precision) -> Vec<usize> {
+    let mut pivots = Vec::new();
+    for k in 0..rows.len() {
+        let size = |column: &usize| size(&rows[k][*column]);
+        let open = (0..width).filter(|column| !pivots.contains(column));
+        let Some(pivot) = open.max_by(|a, b| size(a).total_cmp(&size(b))) else { break };
+        clear_column(rows, k, pivot, precision);
+        pivots.push(pivot);
+    }
+    pivots
+}
+
 /// x - factor·y, without products with 0.
 pub fn subtract<T: Entry>(x: &mut [T], y: &[T], factor: &T) {
     if factor.is_zero() {

@@ -46,7 +46,7 @@ pub use lane::{LANES, Lane};
 pub(crate) use lane::{Pair, kernel, lane_product};
 pub use magnitude::Magnitude;
 pub(crate) use matrix::{Eliminated, eliminate};
-pub use matrix::{Entry, Matrix, clear_column, quadratic_form, subtract, sum_of_products};
+pub use matrix::{Entry, Matrix, clear_column, has_pivots, quadratic_form, reduce, subtract, sum_of_products};
 pub(crate) use root::nth_root;
 pub use root::{Integers, Root};
 pub use scalar::{Function, Scalar, power};

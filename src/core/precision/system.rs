@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::double::exponent_of;
-use super::{Ball, DoubleDouble, up};
+use super::{Ball, Complex, DoubleDouble, up};
 
 /// More corrections than it takes from doubles to double-double.
 const MOST_CORRECTIONS: usize = 6;
@@ -48,6 +48,21 @@ impl System {
         let inverse = DMatrix::from_fn(order, order, |i, j| entries[order * i + j].mid_f64()).try_inverse()?;
         let contraction = contraction(&inverse, &entries)?;
         Some(Self { order, entries, row_shift, column_shift, inverse, contraction })
+    }
+
+    /// Likewise from the complex entry of each row and column: unknowns are real parts, then imaginary ones, and so are right sides.
+    pub fn of_complex(order: usize, entry: impl Fn(usize, usize) -> Complex<Ball>) -> Option<Self> {
+        let n = 2 * order;
+        let entries = (0..n * n).map(|at| {
+            let (i, j) = (at / n, at % n);
+            let own = entry(i % order, j % order);
+            match (i < order, j < order) {
+                (true, true) | (false, false) => own.re,
+                (true, false) => -own.im,
+                (false, true) => own.im,
+            }
+        });
+        Self::new(n, entries.collect())
     }
 
     /// The system with the transposed matrix.

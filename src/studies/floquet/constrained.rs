@@ -15,7 +15,7 @@ use librate_core::expr::{ExprId, Pool, Symbol, Tape, ZeroVerdict};
 use librate_core::linearize::clear_symbolic_column;
 use librate_core::model::Model;
 use librate_core::number::Number;
-use librate_core::precision::{Enclosure, Matrix, clear_column, sum_of_products};
+use librate_core::precision::{Enclosure, Matrix, reduce, sum_of_products};
 
 impl Driven {
     /// The equations of small displacements from a point along the constraints, as a driven model that rests at 0, and that state
@@ -177,14 +177,7 @@ impl Tied {
         let inputs: Vec<S> = std::iter::once(&zero).chain(start).cloned().collect();
         let values = self.tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new());
         let mut rows: Vec<Vec<S>> = values.chunks_exact(2 * n).map(<[S]>::to_vec).collect();
-        let mut pivots: Vec<usize> = Vec::new();
-        for k in 0..rows.len() {
-            let size = |j: &usize| rows[k][*j].mid_f64().abs();
-            let open = (0..n).filter(|j| !pivots.contains(j));
-            let Some(pivot) = open.max_by(|a, b| size(a).total_cmp(&size(b))) else { break };
-            clear_column(&mut rows, k, pivot, precision);
-            pivots.push(pivot);
-        }
+        let pivots = reduce(&mut rows, n, |x| x.mid_f64().abs(), precision);
         let free: Vec<usize> = (0..n).filter(|j| !pivots.contains(j)).collect();
         let mut columns: Vec<Vec<S>> = Vec::new();
         let mut later: Vec<Vec<S>> = Vec::new();

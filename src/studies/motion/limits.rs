@@ -5,7 +5,7 @@ use super::error::MotionError;
 use super::step::{Real, Stepper, Trouble, sign};
 use super::{Start, System, Times, moment};
 use crate::flow::count;
-use librate_core::precision::{Ball, Big, Enclosure, clear_column, power_of_two};
+use librate_core::precision::{Ball, Big, Enclosure, has_pivots, power_of_two};
 
 /// Bits of the numbers that a place is examined with: these have no range to leave.
 const BITS: usize = 128;
@@ -104,14 +104,7 @@ impl System {
         let first = self.equations.mass.len() + self.equations.coordinates;
         let zero = Big::from_f64(0.0, BITS);
         let matrix = self.equations.bordered(zero, |at| values[at].clone(), |at| values[first + at].clone());
-        let mut rows: Vec<Vec<Big>> = matrix.rows().map(<[Big]>::to_vec).collect();
-        for k in 0..rows.len() {
-            if rows[k][k].contains_zero() {
-                return false;
-            }
-            clear_column(&mut rows, k, k, BITS);
-        }
-        true
+        has_pivots(matrix.rows().map(<[Big]>::to_vec).collect(), |pivot| !pivot.contains_zero(), BITS)
     }
 
     /// What coordinates and velocities, a row after the other, may be off by because numbers get too small on the way: so much of

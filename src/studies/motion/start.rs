@@ -215,10 +215,8 @@ impl Start {
             [] => &zeros,
             own => own,
         };
-        let size = |at: usize| mode.vector[at].hypot(imaginary[at]);
-        let most = (0..mode.vector.len()).map(size).fold(0.0, f64::max);
         // The one that is positive in the shapes of `modes`.
-        let largest = (0..mode.vector.len()).find(|at| size(*at) >= most * (1.0 - 1e-6)).unwrap_or(0);
+        let largest = mode.leading().unwrap_or(0);
         let value = scaled(linearized.model(), largest, &value);
         // Turned so that the largest component is real: it is displaced by the amplitude.
         let (re, im) = (mode.vector[largest], imaginary[largest]);

@@ -178,18 +178,8 @@ impl Search<'_> {
             let before = at.checked_sub(1).map_or(&first, |before| &exact[before].0[1]);
             let after = exact.get(at + 1).map_or(&last, |(after, _)| &after[0]);
             // Between these, and up to where nothing is decided, the amplitude rises or falls throughout.
-            let before = open
-                .iter()
-                .map(|own| &own[1])
-                .filter(|end| *end <= &piece[0])
-                .max()
-                .map_or(before, |end| before.max(end));
-            let after = open
-                .iter()
-                .map(|own| &own[0])
-                .filter(|end| *end >= &piece[1])
-                .min()
-                .map_or(after, |end| after.min(end));
+            let before = open.iter().map(|own| &own[1]).filter(|end| *end <= &piece[0]).fold(before, Ord::max);
+            let after = open.iter().map(|own| &own[0]).filter(|end| *end >= &piece[1]).fold(after, Ord::min);
             let is_inside = open.iter().any(|own| own[0] < piece[1] && piece[0] < own[1]);
             match self.peak(piece, *is_top, [before, after]) {
                 Some(peak) if is_inside => found.push(Peak { half_power: [None, None], ..peak }),

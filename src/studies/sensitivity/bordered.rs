@@ -151,17 +151,7 @@ fn bordered(n: usize, scaled: &[Enclosed], right: &Dense, left: &Dense, real: bo
         let entries = (0..size * size).map(|k| whole(k / size, k % size).re);
         return System::new(size, entries.collect());
     }
-    let all = 2 * size;
-    let entries = (0..all * all).map(|k| {
-        let (i, j) = (k / all, k % all);
-        let entry = whole(i % size, j % size);
-        match (i < size, j < size) {
-            (true, true) | (false, false) => entry.re,
-            (true, false) => -entry.im,
-            (false, true) => entry.im,
-        }
-    });
-    System::new(all, entries.collect())
+    System::of_complex(size, whole)
 }
 
 /// The solution for 1 in row k of the border, in the coordinates of P above, as it is below.

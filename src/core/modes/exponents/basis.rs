@@ -3,6 +3,7 @@
 
 use faer::c64;
 
+use super::super::leading;
 use super::complex::Wide;
 use crate::order::Order;
 use crate::precision::{Big, Magnitude, clear_column, subtract, sum_of_products};
@@ -122,9 +123,8 @@ pub(super) fn finished(vector: &[Wide]) -> (Vec<c64>, f64) {
         let (re, im) = (x.re.mid_f64() / unit, x.im.mid_f64() / unit);
         unit * re.hypot(im)
     };
-    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(modulus(x)));
-    let first = vector.iter().find(|x| modulus(x) >= largest * (1.0 - 1e-6));
-    let Some(first) = first.filter(|_| largest > 0.0 && largest.is_finite()) else {
+    let first = leading(vector.len(), |at| modulus(&vector[at])).filter(|(_, size)| *size > 0.0 && size.is_finite());
+    let Some(first) = first.map(|(at, _)| &vector[at]) else {
         return (vec![c64::new(0.0, 0.0); vector.len()], f64::INFINITY);
     };
     let turn = if first.im.is_zero() {

@@ -2,6 +2,7 @@
 
 use faer::c64;
 
+use super::super::leading;
 use super::complex::part;
 use super::scale::Scaled;
 use super::solve::Solution;
@@ -57,9 +58,7 @@ impl Shapes<'_> {
         let epsilon = up((error_square.sqrt() * slack * slack + length_error) / (length - length_error));
         // In the coordinates of the problem.
         let physical = |p: usize, value: f64| value * f64::from(self.scaled.shift[p]).exp2();
-        let most = (0..n).fold(0.0_f64, |most, p| most.max(physical(p, sizes[p])));
-        let first = (0..n).find(|&p| physical(p, sizes[p]) >= most * (1.0 - 1e-6));
-        let Some(first) = first else {
+        let Some((first, _)) = leading(n, |p| physical(p, sizes[p])) else {
             return (vec![c64::new(0.0, 0.0); n], f64::INFINITY);
         };
         let turn = c64::new(x[first].re, -x[first].im) / sizes[first] / length;

@@ -18,7 +18,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, c64};
 
 use super::super::exponents::{Exponent, Exponents, Limit, finish};
-use super::super::{Options, PrecisionLevel, Stability};
+use super::super::{Options, PrecisionLevel, Stability, leading};
 use super::Wanted;
 use super::bordered::{Border, Bordered, Form, NO_PIVOT};
 use super::lanczos::Seed;
@@ -755,8 +755,7 @@ impl Search<'_> {
         let size = length.lower();
         let mut x: Vec<Complex<Ball>> = own.x.iter().map(|x| x.times(&(Ball::ONE / length))).collect();
         let modulus = |x: &Complex<Ball>| x.re.mid_f64().hypot(x.im.mid_f64());
-        let largest = x.iter().map(modulus).fold(0.0, f64::max);
-        let first = x.iter().find(|x| modulus(x) >= largest * (1.0 - 1e-6))?;
+        let first = &x[leading(n, |i| modulus(&x[i]))?.0];
         let turn = first.conjugate().times(&(Ball::ONE / first.square_of_modulus().sqrt()));
         x.iter_mut().for_each(|x| *x = x.mul(&turn));
         // Twice for the length, and as much for the angle, which moves no component by more than the largest is off.
