@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{Arg, ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use librate::budget::Limits;
@@ -451,7 +451,7 @@ pub(crate) struct Floquet {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// A stability chart over two parameters, as CSV: `a=0..10:400 q=0..5:200`
-    #[arg(long, num_args = 2, value_names = ["NAME=a..b:n", "NAME=c..d:m"], conflicts_with = "json")]
+    #[arg(long, num_args = 2, action = ArgAction::Set, value_names = ["NAME=a..b:n", "NAME=c..d:m"], conflicts_with = "json")]
     pub(crate) map: Vec<String>,
     /// With --map: the borders between stable and unstable neighbours, as CSV
     #[arg(long, value_name = "FILE", requires = "map")]
@@ -597,7 +597,7 @@ pub(crate) struct Derive {
     #[arg(long = "limit", value_name = "NAME=VALUE")]
     pub(crate) limits: Vec<String>,
     /// Closed forms as a series in a small parameter, up to a power of it: `k 2`
-    #[arg(long, num_args = 2, value_names = ["NAME", "POWER"])]
+    #[arg(long, num_args = 2, action = ArgAction::Set, value_names = ["NAME", "POWER"])]
     pub(crate) expand: Vec<String>,
     /// Only these chapters, with commas: `equations,mass`
     #[arg(long, value_name = "CHAPTERS", value_delimiter = ',', value_parser = PossibleValuesParser::new(CHAPTERS))]

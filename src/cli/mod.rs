@@ -251,7 +251,10 @@ fn modes_text(
 /// The vectors of an archive, one component a coordinate.
 fn vectors_to_certify(file: &Path, model: &Model) -> Result<Arc<[f64]>, Failure> {
     let help = "write them with `numpy.savez(\"vectors.npz\", vectors=x)`, one row a coordinate and one column a mode";
-    let refused = |message: String| wrong_request(format!("`{}`: {message}", file.display()), help);
+    let refused = |reason: String| {
+        let message = format!("`{}`: {reason}", file.display());
+        Failure::Other { message, help: Some(help.to_owned()), status: FAULT }
+    };
     let found = report::read_vectors(&input::read_bytes(file)?).map_err(refused)?;
     let (rows, coordinates) = (found.dimension, model.coordinates.len());
     if rows != coordinates {
@@ -437,12 +440,12 @@ fn no_parameter(name: &str, known: &[&str], otherwise: &str) -> Failure {
         2..=MOST => format!("the model has the parameters {}", names.join(", ")),
         _ => format!("the model has the parameters {}, ...", names.join(", ")),
     };
-    wrong_request(format!("there is no parameter `{name}`"), &help)
+    Failure::Other { message: format!("there is no parameter `{name}`"), help: Some(help), status: FAULT }
 }
 
 /// `k=0` of `--limit`.
 fn limit(text: &str, known: &[&str]) -> Result<(String, Number), Failure> {
-    let help = "a parameter and a number are needed: `--limit k=0`";
+    let help = "a parameter and a fraction are needed: `--limit k=0`, `--limit k=1/2`";
     let wrong = || wrong_request(format!("`{text}` is not a limit"), help);
     let (name, value) = text.split_once('=').ok_or_else(wrong)?;
     let name = name.trim();

@@ -108,7 +108,7 @@ fn period_fields(object: &mut Object, oscillator: &Oscillator, found: &Period, o
         }
         Motion::Rotation { advance } => object.field("advance", value(advance)),
     }
-    object.field("energy", value(&found.energy));
+    object.field("energy", number(nearest(&found.energy)));
     if let Some(bend) = &found.bend {
         let [own, bound] = [nearest(bend), nearest_bound(bend)].map(number);
         object.field("frequency_change", format!("{own}, \"frequency_change_error_bound\": {bound}"));

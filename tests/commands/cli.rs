@@ -368,7 +368,7 @@ fn help_teaches() {
 fn limits_of_what_is_no_parameter_name_those_there_are() {
     for flag in [["--limit", "k=0"].as_slice(), &["--expand", "k", "2"]] {
         let run = run(&[&["derive", "models/three_pendulums.lag"], flag].concat());
-        assert_eq!(run.status, 2);
+        assert_eq!(run.status, 1);
         assert_eq!(run.out, "");
         assert_eq!(
             run.err,
@@ -376,6 +376,18 @@ fn limits_of_what_is_no_parameter_name_those_there_are() {
              `l[1]`, `l[2]`, `l[3]`, ...\n"
         );
     }
+}
+
+#[test]
+fn limits_have_exponents_and_series_are_asked_for_once() {
+    let derive = ["derive", "models/double_pendulum.lag", "--json", "--limit", "m[2]=0"];
+    let derived: Value = serde_json::from_str(&printed(&derive)).unwrap();
+    let exponents = derived["exponents"].as_array().unwrap().iter().map(|own| own["exponent"].as_str().unwrap());
+    let both = ["i*sqrt(g/l[1])", "-i*sqrt(g/l[1])", "i*sqrt(g/l[2])", "-i*sqrt(g/l[2])"];
+    assert_eq!(exponents.collect::<Vec<_>>(), both);
+    let twice = run(&["derive", "models/double_pendulum.lag", "--expand", "g", "1", "--expand", "g", "2"]);
+    assert_eq!(twice.status, 2);
+    assert!(twice.err.contains("cannot be used multiple times"), "{}", twice.err);
 }
 
 #[test]

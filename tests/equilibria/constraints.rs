@@ -62,6 +62,8 @@ fn families_of_vectors_are_tied_member_by_member() {
         constraint [i in 1..N] [r[i, 1], r[i, 2], 0] = [x[i], 2*x[i], 0]";
     let linearized = linearize(model(text)).unwrap();
     assert_eq!(linearized.model().constraints.len(), 6);
+    let difference = text.replace("[r[i, 1], r[i, 2], 0] = [x[i], 2*x[i], 0]", "r[i] - [x[i], 2*x[i], r[i, 3]] = 0");
+    assert_eq!(omegas(&difference), omegas(text));
     // omega² = i, along (1, 2, 0)/√5 and along z.
     let found = omegas(text);
     let want = [1.0, 1.0, 2.0, 2.0, 3.0, 3.0_f64];

@@ -154,6 +154,24 @@ impl Frequencies {
 }
 
 impl Exponents {
+    /// Those that belong to limits of frequencies.
+    pub(super) fn of_limit(self, pool: &mut Algebra<'_>, case: &Case, done: &Approximation) -> Self {
+        let Self { values, mut approximations, .. } = self;
+        approximations.push(done.clone());
+        let mut own = Self { complete: case.complete, values, approximations, ..Self::default() };
+        let zero = pool.zero();
+        for Frequency { omega_squared, multiplicity, .. } in &case.frequencies {
+            let grows = sign_at(pool, *omega_squared, &own.values) == Some(true);
+            let square = if grows { pool.neg(*omega_squared) } else { *omega_squared };
+            let (size, _) = root(pool, square);
+            for x in [size, pool.neg(size)] {
+                let [real, imaginary] = if grows { [x, zero] } else { [zero, x] };
+                own.add(ClosedExponent { real, imaginary, multiplicity: *multiplicity, damping_ratio: None });
+            }
+        }
+        own
+    }
+
     /// The same of the exponents; what else is known of the whole model is left out then.
     pub(super) fn approximate(&mut self, pool: &mut Algebra<'_>, done: &Approximation) {
         let all: Vec<ExprId> = self.exponents.iter().flat_map(|own| [own.real, own.imaginary]).collect();

@@ -644,9 +644,15 @@ impl Derivation {
             let pool = &mut Algebra::new(&mut self.pool);
             if let Some(reduced) = linear.tangent.as_mut().and_then(|tangent| tangent.reduced.as_mut()) {
                 reduced.derivation.approximate(done);
-            } else if let Some(frequencies) = &mut linear.frequencies {
-                let characteristic = linear.exponents.take().and_then(|own| own.characteristic);
-                frequencies.approximate(pool, done, characteristic.as_deref());
+                return;
+            }
+            if let Some(frequencies) = &mut linear.frequencies {
+                let exponents = linear.exponents.take();
+                let characteristic = exponents.as_ref().and_then(|own| own.characteristic.as_deref());
+                frequencies.approximate(pool, done, characteristic);
+                let is_limit = matches!(done, Approximation::Limit { .. });
+                linear.exponents =
+                    exponents.filter(|_| is_limit).map(|own| own.of_limit(pool, frequencies.best(), done));
             } else if let Some(exponents) = &mut linear.exponents {
                 exponents.approximate(pool, done);
             }

@@ -303,7 +303,11 @@ impl<'a> Elaborator<'a> {
         let programs = self.compiled(&sides, &members.scope)?;
         let mut found = Vec::new();
         for at in members.keys() {
-            let mut value = |program| self.value_of(program, &at[..members.rank]);
+            // 0 is one of any shape.
+            let mut value = |program| match self.value_of(program, &at[..members.rank])? {
+                Value::Scalar(e) if e.is_zero() => Some(Value::Zero),
+                value => Some(value),
+            };
             let [left, right] = [value(&programs[0])?, value(&programs[1])?];
             let Ok(difference) = sum(&mut self.world.pool, &[(false, left.clone()), (true, right.clone())]) else {
                 let shapes = format!("{} and {}", left.describe(), right.describe());
