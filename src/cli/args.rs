@@ -328,7 +328,7 @@ pub(crate) struct Modes {
     #[arg(long)]
     pub(crate) no_vectors: bool,
     /// Normalisation of the shapes: x^T M x = 1, or largest component 1
-    #[arg(long, value_parser = ["mass", "max"], value_name = "LENGTH", default_value = "mass", conflicts_with = "no_vectors")]
+    #[arg(long, value_parser = ["mass", "max"], value_name = "LENGTH", default_value = "mass")]
     pub(crate) normalize: String,
     /// Add a column of frequencies in this unit to the text
     #[arg(long, value_parser = frequency_unit(), value_name = "UNIT")]

@@ -242,6 +242,7 @@ pub(super) fn in_words(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::PermissionDenied => "writing it is not permitted".to_owned(),
         ErrorKind::NotFound => "there is no such folder".to_owned(),
+        ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "there is a file of this name".to_owned(),
         _ => input::in_words(error),
     }
 }
