@@ -197,14 +197,16 @@ impl Polynomial {
 
     /// The quotient, where the division leaves nothing.
     pub(crate) fn over(&self, divisor: &Self) -> Option<Self> {
-        let (first, size) = divisor.terms.last_key_value()?;
+        let (mut divisor, mut rest) = (divisor.clone(), self.clone());
+        let (first, size) = divisor.terms.pop_last()?;
         let inverse = size.recip()?;
-        let mut rest = self.clone();
         let mut quotient = Self::zero(self.variables);
-        while let Some((powers, value)) = rest.terms.last_key_value() {
-            let powers = powers.iter().zip(first).map(|(a, b)| a.checked_sub(*b)).collect::<Option<Powers>>()?;
+        while let Some((mut powers, value)) = rest.terms.pop_last() {
+            for (own, less) in powers.iter_mut().zip(&first) {
+                *own = own.checked_sub(*less)?;
+            }
             let value = value.mul(&inverse);
-            rest.add_multiple(divisor, &powers, &value.neg());
+            rest.add_multiple(&divisor, &powers, &value.neg());
             quotient.terms.insert(powers, value);
         }
         Some(quotient)

@@ -107,7 +107,7 @@ impl Derivation {
             return None;
         }
         let mut page = self.clone();
-        let mut pool = self.pool.clone();
+        let mut pool = std::mem::take(&mut page.pool);
         let mut letters = Letters::new(self);
         let mut named: Vec<Named> = Vec::new();
         for _ in 0..MOST_ROUNDS {

@@ -22,29 +22,31 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     let is_angle = |pool: &Pool, id: ExprId| {
         pool.as_function(id).is_some_and(|(own, _)| matches!(own, Function::Sin | Function::Cos | Function::Tan))
     };
-    if !monomials.keys().flatten().any(|(base, _)| is_angle(pool, *base)) {
-        return;
-    }
+    let with_angles = |pool: &Pool, monomials: &Monomials| -> Vec<Monomial> {
+        monomials.keys().filter(|own| own.iter().any(|(base, _)| is_angle(pool, *base))).cloned().collect()
+    };
+    let mut all = with_angles(pool, monomials);
     for rule in [secants, fourths, squares, complements, products, halves] {
         // Each use leaves one term or one function less; a new term may be the partner of one that was
         // examined before.
         let mut changed = true;
         while changed {
             changed = false;
-            let has_angles = |own: &&Monomial| own.iter().any(|(base, _)| is_angle(pool, *base));
-            let all: Vec<Monomial> = monomials.keys().filter(has_angles).cloned().collect();
-            for monomial in all {
+            for monomial in &all {
                 if pool.is_spent() {
                     return;
                 }
-                let Some(coefficient) = monomials.get(&monomial).cloned() else { continue };
-                if let Some((gone, new)) = rule(pool, monomials, &monomial, &coefficient) {
+                let Some(coefficient) = monomials.get(monomial).cloned() else { continue };
+                if let Some((gone, new)) = rule(pool, monomials, monomial, &coefficient) {
                     for old in gone.iter().flatten() {
                         monomials.remove(old);
                     }
                     new.into_iter().for_each(|(monomial, coefficient)| add_to(monomials, monomial, &coefficient));
                     changed = true;
                 }
+            }
+            if changed {
+                all = with_angles(pool, monomials);
             }
         }
     }

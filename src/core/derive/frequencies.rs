@@ -250,12 +250,12 @@ impl Symmetries {
         let whole = pair.len() == checker.model.coordinates.len();
         let may = whole && pair.len() > 1 && Symmetry::may_have_classes(&pattern);
         let known = ties.substitution(checker.model, pool);
-        let model = Model { pool: pool.clone(), ..checker.model.clone() };
-        let energies = Invariance::new(model, known, linear.equilibrium.clone());
-        Self {
-            matrices: Symmetry::find(&pattern),
-            energies: energies.filter(|_| may).and_then(|mut energies| Symmetry::of_energies(&pattern, &mut energies)),
-        }
+        let energies = || {
+            let model = Model { pool: pool.clone(), ..checker.model.clone() };
+            let mut energies = Invariance::new(model, known, linear.equilibrium.clone())?;
+            Symmetry::of_energies(&pattern, &mut energies)
+        };
+        Self { matrices: Symmetry::find(&pattern), energies: may.then(energies).flatten() }
     }
 
     /// How many elements that of the energies has.

@@ -26,7 +26,7 @@ const BARRETT: u64 = ((1u128 << 122) / PRIME as u128) as u64;
 pub const fn mul_mod(a: u64, b: u64) -> u64 {
     // Barrett: with x < 2^122 and 2^60 < p < 2^61 the estimate of the quotient is at most 2 low.
     let x = a as u128 * b as u128;
-    let quotient = (((x >> 60) * BARRETT as u128) >> 62) as u64;
+    let quotient = (((x >> 60) as u64 as u128 * BARRETT as u128) >> 62) as u64;
     let mut rest = (x as u64).wrapping_sub(quotient.wrapping_mul(PRIME));
     while rest >= PRIME {
         rest -= PRIME;

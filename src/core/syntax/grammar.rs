@@ -1,5 +1,7 @@
 //! pest's parser for `grammar/librate.pest`, its table of precedences, and its rules in words.
 
+use std::sync::LazyLock;
+
 use pest::pratt_parser::{Assoc, Op, PrattParser};
 
 #[allow(missing_docs, reason = "the rules are documented in the grammar")]
@@ -12,7 +14,7 @@ mod generated {
 pub(super) use generated::{Grammar, Rule};
 
 /// Binding strengths, weakest first.
-pub(super) fn precedences() -> PrattParser<Rule> {
+pub(super) static PRECEDENCES: LazyLock<PrattParser<Rule>> = LazyLock::new(|| {
     let left = |rule| Op::infix(rule, Assoc::Left);
     PrattParser::new()
         .op(left(Rule::or))
@@ -32,7 +34,7 @@ pub(super) fn precedences() -> PrattParser<Rule> {
             | Op::postfix(Rule::subscript)
             | Op::postfix(Rule::field)
             | Op::postfix(Rule::arguments))
-}
+});
 
 /// What the grammar would have accepted, in plain words, each once.
 pub(super) fn in_words(rules: &[Rule]) -> Vec<&'static str> {
@@ -62,6 +64,7 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         | Rule::not => Some("an expression"),
         Rule::text => Some("text in quotes"),
         Rule::infix
+        | Rule::operator
         | Rule::add
         | Rule::subtract
         | Rule::multiply

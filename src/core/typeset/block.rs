@@ -47,7 +47,8 @@ impl Block {
         let above = blocks.iter().map(|block| block.base).max().unwrap_or(0);
         let below = blocks.iter().map(|block| block.height() - block.base).max();
         let height = above + below.unwrap_or(1);
-        let mut lines = vec![String::new(); height];
+        let size = blocks.iter().flat_map(|block| block.lines.get(block.base)).map(String::len).sum();
+        let mut lines: Vec<String> = (0..height).map(|_| String::with_capacity(size)).collect();
         for block in blocks {
             // Mostly there is one line, and nothing to be measured.
             let blank = LazyCell::new(|| " ".repeat(block.width()));

@@ -275,6 +275,9 @@ impl Notation {
 
 /// What stands before and behind a sign outside of brackets: filters of sums have signs, too.
 fn split_outside<'a>(text: &'a str, sign: &str) -> Option<(&'a str, &'a str)> {
+    if !text.contains(sign) {
+        return None;
+    }
     let mut depth = 0_usize;
     let is_between = |(at, byte): &(usize, u8)| {
         match byte {

@@ -4,7 +4,7 @@ use pest::iterators::Pair;
 
 use super::super::ast::{Comparison, Expr, ExprKind, ExprRef, IndexEntry, IndexKind, Member, Name};
 use super::super::error::SyntaxError;
-use super::super::grammar::Rule;
+use super::super::grammar::{PRECEDENCES, Rule};
 use super::super::words;
 use super::{Builder, incomplete};
 use crate::span::Span;
@@ -37,7 +37,7 @@ impl Builder {
     }
 
     fn operand<'i>(&self, pair: Pair<'i, Rule>) -> Operand<'i> {
-        self.precedences
+        PRECEDENCES
             .map_primary(|pair| self.primary(pair))
             .map_prefix(|sign, operand| self.prefix(&sign, operand))
             .map_postfix(|operand, sign| self.postfix(operand, sign))

@@ -10,7 +10,6 @@ use std::cell::{Cell, RefCell};
 use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::Pair;
-use pest::pratt_parser::PrattParser;
 
 use super::arena::{Expressions, Units};
 use super::ast::{
@@ -18,14 +17,13 @@ use super::ast::{
     StatementKind,
 };
 use super::error::SyntaxError;
-use super::grammar::{Grammar, Rule, in_words, precedences};
+use super::grammar::{Grammar, Rule, in_words};
 use super::split::MOST_LEVELS;
 use super::{explain, words};
 use crate::span::Span;
 
 /// Collects the trees of a file's statements.
 pub(super) struct Builder {
-    precedences: PrattParser<Rule>,
     statements: Vec<Statement>,
     comments: Vec<Comment>,
     units: Units,
@@ -40,7 +38,6 @@ pub(super) struct Builder {
 impl Builder {
     pub(super) fn new(comments: Vec<Comment>, statements: usize) -> Self {
         Self {
-            precedences: precedences(),
             statements: Vec::with_capacity(statements),
             comments,
             units: Units::default(),
