@@ -207,6 +207,20 @@ fn endless_names_do_not_flood_the_terminal() {
     }
 }
 
+#[test]
+fn starts_are_given_by_members_with_commas() {
+    for (start, said) in [
+        ("x[1]=1;x[2]'=2", "several values are separated by commas"),
+        ("x[1]=1 x[2]=2", "several values are separated by commas"),
+        ("x=1", "did you mean `x[1]`?"),
+        ("x'=1", "did you mean `x[1]'`?"),
+    ] {
+        let motion = ["motion", "-", "--until", "1", "--samples", "2", "--start", start];
+        let run = with_input(&motion, "coord x[1..2]  T = 1/2*dot(x', x')  V = dot(x, x)");
+        assert!(run.status == 1 && run.err.contains(said), "{start}: {}", run.err);
+    }
+}
+
 /// What needs accelerations refuses coordinates without inertia, whether springs or friction hold them.
 #[test]
 fn what_needs_accelerations_refuses_coordinates_without_inertia() {

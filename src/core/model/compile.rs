@@ -120,8 +120,8 @@ impl<'a> Compiler<'a> {
         if coordinate.is_some() && self.errors.iter().any(again) {
             return;
         }
-        let name = name.to_owned();
-        self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, index: None });
+        let (name, by_place) = (name.to_owned(), None);
+        self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, by_place });
     }
 
     /// `param m = m`, and `let a = b` where `b` is declared later and uses `a`.
@@ -149,8 +149,12 @@ impl<'a> Compiler<'a> {
         let known = rows.map(|(own, _)| own.as_str()).chain(self.world.tables.iter().map(|own| own.name.as_str()));
         let nearest = Meant::near(name, known);
         let later = self.later.get(name).copied();
+        let by_place = nearest.is_none().then(|| {
+            let row = format!("a row of one by an index: `{name} in TABLE`");
+            Box::new(("unknown name", format!("declare a table by `table {name} = \"file.csv\"`, {row}")))
+        });
         let (name, integral, coordinate) = (name.to_owned(), None, None);
-        self.fail(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, index: None });
+        self.fail(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, by_place });
     }
 
     pub(super) fn entity(&self, name: &str) -> Option<Entity> {

@@ -26,8 +26,8 @@ Error ModelError {
         integral: Option<Span>,
         /// How it can be declared as a coordinate, if its time derivative is used.
         coordinate: Option<Box<MissingCoordinate>>,
-        /// In `draw`: what is drawn, and that with a range for it as an index.
-        index: Option<Box<(&'static str, String)>>,
+        /// What its place says, as an index in `draw` and as a table behind `in`: the label and the help.
+        by_place: Option<Box<(&'static str, String)>>,
     } => match later {
         Some(later) => at(*span, "used here")
             .with_secondary(*later, "declared only here")
@@ -41,8 +41,7 @@ Error ModelError {
             None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
                 at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
             }
-            None if index.is_some() => at(*span, "an index without a range")
-                .or_help(index.as_deref().map(|(drawn, ranged)| format!("name its range first: `draw {drawn} {ranged}`"))),
+            None if let Some((label, help)) = by_place.as_deref() => at(*span, *label).with_help(help.as_str()),
             None if integral.is_some() => at(*span, "outside of the integral")
                 .and_at(*integral, "a variable of this integral alone")
                 .with_help(format!("write what depends on `{name}` into the integral itself, not into a `let`")),
@@ -525,8 +524,8 @@ impl ModelError {
 
     /// A name that is not declared, with what it may have been meant to be.
     pub(super) fn undeclared(name: &str, nearest: Option<Meant>, span: Span) -> Self {
-        let (name, later, integral, coordinate, index) = (name.to_owned(), None, None, None, None);
-        Self::UndeclaredName { name, nearest, later, integral, coordinate, index, span }
+        let (name, later, integral, coordinate, by_place) = (name.to_owned(), None, None, None, None);
+        Self::UndeclaredName { name, nearest, later, integral, coordinate, by_place, span }
     }
 }
 

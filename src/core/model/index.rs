@@ -98,7 +98,10 @@ impl World {
             Some(Cell::Text(text)) => Err(ModelError::BadTable {
                 path: table.path.clone(),
                 line: table.line(usize::try_from(row).unwrap_or(0)),
-                reason: format!("`{text}` in column `{}` is not a number", table.columns[column]),
+                reason: match table.columns[column].as_str() {
+                    column if text.is_empty() => format!("the cell in column `{column}` is empty, a number is needed"),
+                    column => format!("`{text}` in column `{column}` is not a number"),
+                },
                 span,
             }),
             None => Err(ModelError::IndexOutOfRange {

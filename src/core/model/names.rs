@@ -184,13 +184,17 @@ impl Family {
         }
     }
 
-    /// How the member next to all others is declared, which may be the fixed end of a chain.
-    pub(super) fn fixed_end(&self, at: &[i64]) -> Option<String> {
+    /// How the member next to all others of coordinates or a `let` is declared, which may be the fixed end of a chain.
+    pub(super) fn fixed_end(&self, at: &[i64], is_let: bool) -> Option<String> {
         let ([block], [index], 1) = (self.grid.blocks.as_slice(), at, self.grid.rank) else { return None };
         let (name, lower, upper) = (&self.name, block.lower[0], block.upper[0]);
         (*index == lower - 1 || *index == upper + 1).then(|| {
             let (first, last) = (lower.min(*index), upper.max(*index));
-            let declared = format!("`coord {name}[{first}..{last}]` with `constraint {name}[{index}] = 0`");
+            let declared = if is_let {
+                format!("`let {name}[{index}] = …`")
+            } else {
+                format!("`coord {name}[{first}..{last}]` with `constraint {name}[{index}] = 0`")
+            };
             format!(
                 "where a sum goes too far, shorten it by a term; where the end is fixed, declare it as well: {declared}"
             )

@@ -133,12 +133,12 @@ impl Elaborator<'_> {
                 let families = self.world.coordinate_families.iter().filter(|own| own.name == family);
                 let block = families.flat_map(|own| &own.grid.blocks).next().filter(|_| axis < 3);
                 let range = block.map_or("a..b".to_owned(), |own| format!("{}..{}", own.lower[axis], own.upper[axis]));
-                let ranged = format!("[{own} in {range}] {family}[…]");
+                let help = format!("name its range first: `draw {} [{own} in {range}] {family}[…]`", drawn.as_str());
                 for error in &mut self.errors[before..] {
-                    if let ModelError::UndeclaredName { name, index, .. } = error
+                    if let ModelError::UndeclaredName { name, by_place, .. } = error
                         && name.as_str() == own
                     {
-                        *index = Some(Box::new((drawn.as_str(), ranged.clone())));
+                        *by_place = Some(Box::new(("an index without a range", help.clone())));
                     }
                 }
             }

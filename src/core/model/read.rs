@@ -14,8 +14,9 @@ impl World {
     fn out_of_range(&self, entity: Entity, at: &[i64], span: Span) -> Stop {
         let Some(family) = self.family(entity) else { return Stop::WriteOut };
         let mut error = family.out_of_range(at, span);
-        if let (Entity::Coordinate(_), ModelError::IndexOutOfRange { help, .. }) = (entity, &mut error) {
-            *help = help.take().or_else(|| family.fixed_end(at));
+        if let (Entity::Coordinate(_) | Entity::Let(_), ModelError::IndexOutOfRange { help, .. }) = (entity, &mut error)
+        {
+            *help = help.take().or_else(|| family.fixed_end(at, matches!(entity, Entity::Let(_))));
         }
         error.into()
     }

@@ -176,12 +176,21 @@ Error SyntaxError {
         text: String,
         /// Whether all of it are factors.
         is_certain: bool,
+        /// What may be missing instead: a comma, or the word of a second statement.
+        separator: Option<&'static str>,
         /// What to write if a unit is meant, where it may be.
         unit: Option<String>,
     } => {
         let shown = at(*span, "two factors without an operator between them");
+        let instead = separator.zip(fix.rsplit_once('*')).map(|(separator, (left, right))| match separator {
+            "," => format!("{left}, {right}"),
+            word => format!("{word} {right} = …"),
+        });
         match unit {
             Some(unit) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, {unit}")),
+            None if let Some(instead) = instead => {
+                shown.with_help(format!("write `{instead}`, or `{fix}` for a product"))
+            }
             None if *is_certain => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
             None => shown.with_help(format!("write `{fix}`")),
         }
@@ -238,11 +247,11 @@ Error SyntaxError {
     /// `1.` or `.5`.
     #[error("a number needs digits on both sides of the point")]
     "E0011" HalfNumber(span) {
-        /// The number in full; none behind another number or point.
+        /// The number in full; none where the point belongs to what stands on its other side.
         fix: Option<String>,
     } => match fix {
         Some(fix) => at(*span, "not a complete number").written(*span, fix),
-        None => at(*span, "one point too many").with_help("a number has one point, a range two: `1.5`, `1..3`"),
+        None => at(*span, "one point too many").with_help("a number has one point, a range two, a product none: `1.5`, `1..3`, `2*x`"),
     },
 
     /// `9,81`
@@ -713,12 +722,15 @@ Error SyntaxError {
         .with_help(format!("write `constraint {fix} …`"))
         .or_replacing(place.map(|place| (place, format!(" {fix}"))).as_ref()),
 
-    /// `x[1:3]`, `i in 1 to 3`
-    #[error("a range is written with two points")]
+    /// `x[1:3]`, `i in 1 to 3`, `sum(i in 1..3: x[i])`
+    #[error("{}", if *.is_end { "a comma ends the indices of a sum" } else { "a range is written with two points" })]
     "E0067" ColonForRange(span) {
         /// Whether it is the word `to`.
         is_word: bool,
-    } => at(*span, if *is_word { "not a word of the language" } else { "a colon begins a unit" }).written(*span, ".."),
+        /// Whether the range stands before it.
+        is_end: bool,
+    } => at(*span, if *is_word { "not a word of the language" } else { "a colon begins a unit" })
+        .written(*span, if *is_end { "," } else { ".." }),
 
     /// `x(0) = 1`
     #[error("a model has no initial values")]

@@ -10,7 +10,7 @@ use std::collections::HashSet;
 
 use super::ast::Comment;
 use super::error::SyntaxError;
-use super::lexer::{Lexer, Token, TokenKind};
+use super::lexer::{Lexer, Token, TokenKind, is_letter, is_word_rest};
 use super::lookalike::{self, Lookalike};
 use super::{explain, words};
 use crate::span::Span;
@@ -247,9 +247,10 @@ impl<'s> Splitter<'s> {
         let span = token.span();
         match token.kind {
             TokenKind::HalfNumber => {
-                let before = self.source.get(..span.range().start).and_then(|before| before.chars().next_back());
-                let is_whole = before.is_some_and(|c| c == '.' || c.is_ascii_digit());
-                Some(SyntaxError::HalfNumber { fix: (!is_whole).then(|| whole_number(text)), span })
+                let (before, behind) = (self.source.get(..span.range().start)?, self.source.get(span.range().end..)?);
+                let goes_on = before.ends_with(|c| matches!(c, '.' | ')' | ']' | '\'') || is_word_rest(c))
+                    || text.ends_with('.') && behind.starts_with(is_letter);
+                Some(SyntaxError::HalfNumber { fix: (!goes_on).then(|| whole_number(text)), span })
             }
             TokenKind::OpenText => Some(SyntaxError::OpenText { span }),
             TokenKind::Word if !text.is_ascii() => {

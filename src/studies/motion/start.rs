@@ -358,7 +358,10 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
     let bad = |reason: &str| MotionError::BadStart { text: entry.trim().to_owned(), reason: reason.to_owned() };
     let (name, value) = entry.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
     let (at, moves) = place(name, model)?;
-    let value = Constant::read(value.trim()).map_err(|reason| bad(&reason))?;
+    let value = Constant::read(value.trim()).map_err(|reason| match value.contains(['=', ';']) {
+        true => bad("several values are separated by commas"),
+        false => bad(&reason),
+    })?;
     let text = value.text().to_owned();
     let half_unit = half_unit(&text);
     let value = given(at, moves, &value, model).ok_or_else(|| bad("it is not a number, or larger than 1e298"))?;
@@ -378,7 +381,13 @@ fn place(name: &str, model: &Model) -> Result<(usize, bool), MotionError> {
     }
     match source::coordinate(model, plain) {
         Ok(at) => Ok((at, moves)),
-        Err(nearest) => Err(MotionError::NotACoordinate { nearest, name }),
+        Err(nearest) => {
+            // A family is given by its members.
+            let mut members =
+                model.coordinates.names().filter(|own| own.split_once('[').is_some_and(|(own, _)| own == plain));
+            let member = members.next().map(|own| if moves { format!("{own}'") } else { own });
+            Err(MotionError::NotACoordinate { nearest: member.or(nearest), name })
+        }
     }
 }
 

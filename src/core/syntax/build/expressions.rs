@@ -165,6 +165,7 @@ impl Builder {
                 place: Span::new(operand.span.end, at.start),
                 text: "*".to_owned(),
                 is_certain: false,
+                separator: None,
                 unit: None,
                 span: Span::new(operand.span.start, at.start + 1),
             });

@@ -73,8 +73,9 @@ impl Builder {
         // What the tree objects to stands before the place where building it ended.
         let kind = match self.error.take() {
             Some(mut error) => {
-                if let SyntaxError::MissingMultiplication { is_certain, span: place, .. } = &mut error {
-                    *is_certain = explain::are_factors(source, span, *place);
+                if let SyntaxError::MissingMultiplication { is_certain, separator, span: place, .. } = &mut error {
+                    *separator = explain::separator_in(source, span, *place);
+                    *is_certain = separator.is_none() && explain::are_factors(source, span, *place);
                 }
                 Err(error)
             }

@@ -4,7 +4,7 @@ use super::super::error::SyntaxError;
 use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::split::expects_operand;
 use super::super::words;
-use super::{describe, no_statement, unknown_statement};
+use super::{describe, fixes, no_statement, unknown_statement};
 use crate::order::Gather;
 use crate::span::Span;
 
@@ -105,7 +105,11 @@ impl<'s> Context<'s> {
                 chain: self.chain.take(),
                 ..Enclosure::default()
             }),
-            TokenKind::Close => self.chain = self.enclosures.pop().and_then(|enclosure| enclosure.chain),
+            // Behind the indices of a constraint a product begins.
+            TokenKind::Close => {
+                let enclosure = self.enclosures.pop().filter(|enclosure| enclosure.sum || !enclosure.indexed);
+                self.chain = enclosure.and_then(|enclosure| enclosure.chain);
+            }
             TokenKind::Comma => match self.enclosures.last_mut() {
                 Some(enclosure) => {
                     enclosure.has_in = false;
@@ -155,7 +159,7 @@ impl<'s> Context<'s> {
         let ends = expects_operand(token.kind, token.text(self.source))
             && !matches!(token.kind, TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open)
             && self.before.kind != TokenKind::Caret;
-        if ends {
+        if ends || self.statement == "draw" && self.before_is_word() {
             self.chain = None;
         } else {
             self.chain.get_or_insert(token.start);
@@ -275,9 +279,11 @@ impl<'s> Context<'s> {
         if found.kind == TokenKind::Colon
             && let Some(enclosure) = self.enclosures.last()
             && (enclosure.has_in || self.part == Part::Name && words::is_naming(statement))
-            && matches!(self.before.kind, TokenKind::Number | TokenKind::Word)
+            && matches!(self.before.kind, TokenKind::Number | TokenKind::Word | TokenKind::Close)
         {
-            return Some(SyntaxError::ColonForRange { is_word: false, span });
+            let is_whole = enclosure.has_range || self.is_table_of_index();
+            let is_end = is_whole && enclosure.sum && self.is_last_entry(found);
+            return (is_end || !is_whole).then_some(SyntaxError::ColonForRange { is_word: false, is_end, span });
         }
         if found.kind == TokenKind::Word && self.before_expects_operand() {
             match text {
@@ -307,6 +313,24 @@ impl<'s> Context<'s> {
             }
         }
         None
+    }
+
+    /// Whether the name before the place is that of a table behind `in`.
+    fn is_table_of_index(&self) -> bool {
+        self.before_last.is_some_and(|own| self.text(own) == "in")
+            && fixes::declaring_word(self.source, self.word.start, self.text(self.before)) == Some("table")
+    }
+
+    /// Whether neither a comma nor a colon follows in the bracket around a token.
+    fn is_last_entry(&self, token: Token) -> bool {
+        let mut depth = 1_usize;
+        let mut rest = Lexer::new(self.source, Span::new(token.end, self.end)).code();
+        let end = rest.find(|own| {
+            let is_sign = depth == 1 && matches!(own.kind, TokenKind::Comma | TokenKind::Colon);
+            depth = own.depth_behind(depth);
+            is_sign || depth == 0
+        });
+        end.is_some_and(|own| own.kind == TokenKind::Close)
     }
 
     /// `:=`, `<-`, `+=`
@@ -350,12 +374,13 @@ impl<'s> Context<'s> {
             return Some(error);
         }
         match found.kind {
-            // Behind `^` with a space behind it, it is the exponent that is missing.
-            TokenKind::Plus
-                if self.before_expects_operand()
-                    && (self.before.kind != TokenKind::Caret || self.after.is_some_and(|after| after.glued)) =>
-            {
-                Some(SyntaxError::UnaryPlus { span })
+            TokenKind::Plus if self.before_expects_operand() => {
+                // Behind another sign and before a blank it is the operand between them that is missing.
+                let is_sign = matches!(
+                    self.before.kind,
+                    TokenKind::Caret | TokenKind::Star | TokenKind::Slash | TokenKind::Minus
+                ) && self.after.is_some_and(|after| !after.glued);
+                Some(if is_sign { self.missing_operand(found) } else { SyntaxError::UnaryPlus { span } })
             }
             TokenKind::PlusMinus => {
                 let value = self.value_start.and_then(|start| self.source.get(start as usize..)).unwrap_or_default();

@@ -90,6 +90,59 @@ pub(in super::super) fn are_factors(source: &str, statement: Span, place: Span) 
         && !is_below_a_bar(source, Span::new(statement.start, place.end))
 }
 
+/// Whether commas separate what stands in a bracket: all of it, and the entry that is read.
+struct Separated {
+    all: bool,
+    entry: bool,
+}
+
+/// What may be missing between operands that stand side by side in a part of a statement, if it may be no sign: a comma in a
+/// list, between arguments, behind a range or a relation; the word of a second constraint.
+pub(in super::super) fn separator_in(source: &str, statement: Span, part: Span) -> Option<&'static str> {
+    let mut tokens = Lexer::new(source, statement).code();
+    let mut before = tokens.next()?;
+    let is_drawn = before.text(source) == "draw";
+    let between_relations = [("assume", ","), ("constraint", "constraint")];
+    let between_relations = between_relations.into_iter().find(|(word, _)| *word == before.text(source));
+    let mut levels = vec![Separated { all: is_drawn, entry: is_drawn }];
+    // Whether a sign of relation stands before the place, and operands side by side behind it.
+    let [mut is_related, mut is_open] = [false; 2];
+    for token in tokens {
+        let text = token.text(source);
+        let at_top = levels.len() == 1;
+        let own = levels.last_mut()?;
+        let is_within = before.end >= part.start && token.end <= part.end;
+        if is_within && side_by_side_at(source, before, token) == Some(true) {
+            if own.entry {
+                return Some(",");
+            }
+            is_open |= at_top && is_related;
+        }
+        match token.kind {
+            TokenKind::Open => {
+                let call = words::signature(before.text(source)).map_or("", |(call, _)| call);
+                let all = text == "[" || call.contains(',') && !call.contains(" in ");
+                levels.push(Separated { all, entry: all });
+            }
+            TokenKind::Close if !at_top => drop(levels.pop()),
+            TokenKind::Comma => {
+                own.entry = own.all;
+                is_related &= !at_top;
+                is_open &= !at_top;
+            }
+            TokenKind::Equals | TokenKind::Comparison if at_top => {
+                if let Some((_, separator)) = between_relations.filter(|_| is_open) {
+                    return Some(separator);
+                }
+                is_related = true;
+            }
+            _ => own.entry |= text == "in" && !at_top,
+        }
+        before = token;
+    }
+    None
+}
+
 /// What a product divides by.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Bar {

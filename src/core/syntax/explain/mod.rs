@@ -17,7 +17,7 @@ use super::words;
 use crate::diagnostic::{is_misspelt, nearest};
 use crate::span::Span;
 use context::Context;
-pub(super) use fixes::are_factors;
+pub(super) use fixes::{are_factors, separator_in};
 pub(super) use lines::foreign_line;
 
 /// The mistake in the statement at `span` that the grammar could not read beyond `at`;

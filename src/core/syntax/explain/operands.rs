@@ -87,7 +87,11 @@ impl Context<'_> {
         }
         if text == "to" && self.enclosures.last().is_some_and(|own| own.has_in && !own.has_range) {
             let end = self.after.filter(|after| !after.first_on_line).map_or(found.end, |after| after.start);
-            return Some(SyntaxError::ColonForRange { is_word: true, span: Span::new(self.before.end, end) });
+            return Some(SyntaxError::ColonForRange {
+                is_word: true,
+                is_end: false,
+                span: Span::new(self.before.end, end),
+            });
         }
         if let Some(error) = self.foreign_number(found).or_else(|| self.misplaced_unit(found)) {
             return Some(error);
@@ -172,20 +176,27 @@ impl Context<'_> {
         let span = self.before.span().to(found.span());
         let unit = self.with_unit(found);
         // A line that is meant for itself is no factor.
-        let whole = self.product_with_signs().filter(|(span, _)| span.end > found.start);
+        let statement = Span::new(self.word.start, self.end);
+        let separator = fixes::separator_in(self.source, statement, span);
+        let whole = self
+            .product_with_signs()
+            .filter(|(span, _)| span.end > found.start && fixes::separator_in(self.source, statement, *span).is_none());
         let is_factor = whole.is_some() || !found.first_on_line;
         let fix = whole.as_ref().and_then(|(_, text)| fixes::short(text.clone()));
         let fix = fix.unwrap_or_else(|| format!("{left}*{right}"));
         let (place, text) = whole.unwrap_or_else(|| (Span::new(self.before.end, found.start), "*".to_owned()));
-        // Between two spaces an operator may be missing, before a number that of a power, and nobody writes 1 times something.
-        let is_plain =
-            found.start - self.before.end <= 1 && found.kind != TokenKind::Number && self.text(self.before) != "1";
+        // Between two spaces an operator may be missing, before a number that of a power, and nobody writes 0 or 1 times
+        // something.
+        let is_plain = found.start - self.before.end <= 1
+            && found.kind != TokenKind::Number
+            && !matches!(self.text(self.before), "0" | "1");
         // What is called behind a point may be a function.
         let is_called = self.text(found) == "(" && self.before_last.is_some_and(|last| last.kind == TokenKind::Dot);
         let is_certain = is_factor
             && is_plain
             && !is_called
-            && fixes::are_factors(self.source, Span::new(self.word.start, self.end), place.to(found.span()));
-        SyntaxError::MissingMultiplication { fix, place, text, is_certain, unit, span }
+            && separator.is_none()
+            && fixes::are_factors(self.source, statement, place.to(found.span()));
+        SyntaxError::MissingMultiplication { fix, place, text, is_certain, separator, unit, span }
     }
 }
