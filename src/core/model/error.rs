@@ -41,7 +41,10 @@ Error ModelError {
             None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
                 at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
             }
-            None if let Some((label, help)) = by_place.as_deref() => at(*span, *label).with_help(help.as_str()),
+            None if by_place.is_some() => {
+                let (label, help) = by_place.as_deref().cloned().unwrap_or_default();
+                at(*span, label).with_help(help)
+            }
             None if integral.is_some() => at(*span, "outside of the integral")
                 .and_at(*integral, "a variable of this integral alone")
                 .with_help(format!("write what depends on `{name}` into the integral itself, not into a `let`")),

@@ -250,11 +250,12 @@ impl Elaborator<'_> {
             Value::Vector(parts) if members.rank == 1 => parts.len(),
             Value::Vector(_) | Value::Scalar(_) | Value::Zero => scalars.len(),
         };
-        let ranges = match value {
-            Value::Vector(rows) if let Some(Value::Vector(row)) = rows.first() => {
-                format!("1..{}, 1..{}", rows.len(), row.len())
-            }
-            Value::Vector(_) | Value::Scalar(_) | Value::Zero => format!("1..{found}"),
+        let ranges = if let Value::Vector(rows) = value
+            && let Some(Value::Vector(row)) = rows.first()
+        {
+            format!("1..{}, 1..{}", rows.len(), row.len())
+        } else {
+            format!("1..{found}")
         };
         self.errors.push(if members.rank == 0 {
             let help = format!("declare a family: `param {}[{ranges}] = …`", name.text);

@@ -186,13 +186,11 @@ Error SyntaxError {
             "," => format!("{left}, {right}"),
             word => format!("{word} {right} = …"),
         });
-        match unit {
-            Some(unit) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, {unit}")),
-            None if let Some(instead) = instead => {
-                shown.with_help(format!("write `{instead}`, or `{fix}` for a product"))
-            }
-            None if *is_certain => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
-            None => shown.with_help(format!("write `{fix}`")),
+        match (unit, instead) {
+            (Some(unit), _) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, {unit}")),
+            (None, Some(instead)) => shown.with_help(format!("write `{instead}`, or `{fix}` for a product")),
+            (None, None) if *is_certain => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
+            (None, None) => shown.with_help(format!("write `{fix}`")),
         }
     },
 
