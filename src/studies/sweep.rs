@@ -16,7 +16,6 @@ use librate_core::derive;
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Assumption, Model, Range};
 use librate_core::modes::{Kind, Options};
-use librate_core::number::Number;
 use librate_core::oscillation::{self, NormalModes};
 use librate_core::precision::{Ball, Scalar};
 
@@ -51,10 +50,10 @@ pub struct Sweep {
 #[derive(Clone, Debug)]
 struct Derived {
     study: Study,
-    /// The ends of the range in SI, and exactly where they are rational.
+    /// The ends of the range in SI, as enclosures and exactly.
     from: Ball,
     to: Ball,
-    exact: Option<[Number; 2]>,
+    ends: [End; 2],
 }
 
 impl Sweep {
@@ -107,10 +106,10 @@ impl Sweep {
     }
 
     fn model(&self, place: usize) -> Result<Model, Error> {
-        if let Some(Derived { study, exact: Some([from, to]), .. }) = self.derived.as_deref()
-            && let Some(share) = share(&self.range, place)
+        if let Some(Derived { study, ends, .. }) = self.derived.as_deref()
+            && let Some(value) = rational(ends, &self.range, place)
         {
-            return Ok(study.model_with([Some(from.add(&to.sub(from).mul(&share)))]));
+            return Ok(study.model_with([Some(value)]));
         }
         self.source.model(&self.range, place, Error::Model)
     }
@@ -174,11 +173,11 @@ impl Sweep {
             return None;
         }
         let (from, to) = (self.in_si(&first)?, self.in_si(&last)?);
-        let [start, end] = [&first, &last].map(|own| own.pool.as_number(own.parameters[number].value?).cloned());
-        let exact = start.zip(end).map(|(start, end)| [start, end]);
+        let end = |own: &Model| Some(End { pool: own.pool.clone(), value: own.parameters[number].value? });
+        let ends = [end(&first)?, end(&last)?];
         let options = batch::Options::default().without_vectors().without_matrices();
         let study = Study::with_options(first, &[self.range.name()], options).ok()?;
-        study.is_at_rest().then_some(Derived { study, from, to, exact })
+        study.is_at_rest().then_some(Derived { study, from, to, ends })
     }
 
     /// For one thread.

@@ -644,9 +644,7 @@ impl Derivation {
             let pool = &mut Algebra::new(&mut self.pool);
             if let Some(reduced) = linear.tangent.as_mut().and_then(|tangent| tangent.reduced.as_mut()) {
                 reduced.derivation.approximate(done);
-                return;
-            }
-            if let Some(frequencies) = &mut linear.frequencies {
+            } else if let Some(frequencies) = &mut linear.frequencies {
                 let exponents = linear.exponents.take();
                 let characteristic = exponents.as_ref().and_then(|own| own.characteristic.as_deref());
                 frequencies.approximate(pool, done, characteristic);
