@@ -274,7 +274,7 @@ pub mod sweep {
 /// Modes followed by their shapes over a range of a parameter. In full: [`librate_studies::tracking`].
 #[cfg(feature = "engine")]
 pub mod tracking {
-    pub use librate_studies::tracking::branches;
+    pub use librate_studies::tracking::{Tracked, branches};
 }
 
 /// More places where curves bend. In full: [`librate_studies::refine`].

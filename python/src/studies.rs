@@ -14,7 +14,7 @@ use librate::period::{self, Oscillator, Request as PeriodRequest};
 use librate::report::{self, Remarks, Style, SweepColumns, SweepCsv, SweepRow, SweepView};
 use librate::response::{self, Peaks, ResponseError, Value};
 use librate::sweep::{Place, Sweep};
-use librate::tracking;
+use librate::tracking::{self, Tracked};
 use pyo3::prelude::*;
 
 use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
@@ -57,10 +57,10 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         let threads = positive("threads", args.threads)?;
         let name = range.name().to_owned();
         let sweep = Sweep::new(job.made_from(), range, options);
-        let mut places =
-            in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
+        let places = in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
         complain(job, &name, &places)?;
         if args.svg {
+            let mut places = places.into_iter().map(Tracked::of).collect();
             let branches = tracking::branches(&sweep, &mut places);
             let view = SweepView::new(args.orders.clone(), args.root_locus);
             return Ok(Written::drawn(report::sweep_svg(&sweep, &places, &branches, &view)));

@@ -98,6 +98,11 @@ impl Line {
     }
 }
 
+/// Places that are solved together.
+fn blocks<'a>(sweep: &Sweep, places: &'a [usize]) -> Vec<&'a [usize]> {
+    places.chunks(if sweep.derived().is_some() { BLOCK } else { 1 }).collect()
+}
+
 /// The lines of some values, block by block.
 fn lines(
     args: &args::Sweep,
@@ -105,7 +110,7 @@ fn lines(
     places: &[usize],
     mut each: impl FnMut(&[usize], Vec<Line>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let blocks: Vec<&[usize]> = places.chunks(if sweep.derived().is_some() { BLOCK } else { 1 }).collect();
+    let blocks = blocks(sweep, places);
     let mut done = blocks.iter();
     let worker = || {
         let mut worker = sweep.worker();
@@ -124,12 +129,17 @@ impl Run<'_> {
             let help = format!("a picture has room for {MOST_DRAWN} values");
             return Err(wrong_request(format!("{count} values are too many for a picture"), &help));
         }
-        let place = || |at: usize| sweep.place(at);
-        let mut places = all(args.threads, count, WHAT, place, || args.model.guard.go_on(source))?;
-        let failed: Vec<_> =
-            places.iter().enumerate().filter_map(|(at, own)| Some((at, own.result.as_ref().err()?))).collect();
-        for (at, error) in &failed {
-            self.remarks.add(sweep.value(*at), error.diagnostics());
+        let places: Vec<usize> = (0..count).collect();
+        let blocks = blocks(sweep, &places);
+        let worker = || {
+            let (mut worker, blocks) = (sweep.worker(), &blocks);
+            move |block: usize| worker.tracked(blocks[block])
+        };
+        let places = all(args.threads, blocks.len(), WHAT, worker, || args.model.guard.go_on(source))?;
+        let mut places = places.concat();
+        let failed: Vec<_> = places.iter().filter_map(|own| Some((own.value, own.modes.as_ref().err()?))).collect();
+        for (value, error) in &failed {
+            self.remarks.add(*value, error.diagnostics());
         }
         if failed.len() == count {
             return Err(Failure::Model(source.clone(), std::mem::take(&mut self.remarks.all)));

@@ -2,12 +2,12 @@
 
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{Written, with_unit};
-use librate_core::linearize::{Linearized, constant};
+use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::Ball;
-use librate_studies::sweep::{Place, Sweep};
-use librate_studies::tracking::Branch;
+use librate_studies::sweep::Sweep;
+use librate_studies::tracking::{Branch, Shape, Tracked};
 
 /// More shapes than this are no picture.
 const MOST_PANELS: usize = 60;
@@ -143,16 +143,15 @@ impl SweepView {
 
 /// Frequencies over a parameter as an SVG picture, each mode followed by its shape; growth dashed, in a panel below where there is some.
 #[must_use]
-pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &SweepView) -> String {
+pub fn sweep_svg(sweep: &Sweep, places: &[Tracked], branches: &[Branch], view: &SweepView) -> String {
     let name = sweep.range().name();
-    let model = places.iter().find_map(|place| place.result.as_ref().ok()).map(|(linearized, _)| linearized.model());
-    let [rate, exponent] = axis_labels(model.is_some_and(|model| model.has_units));
-    let pick = |(place, at): &(usize, usize), point: &dyn Fn(f64, &NormalMode) -> [f64; 2]| {
+    let model = (0..sweep.range().len()).find_map(|place| sweep.model(place).ok());
+    let [rate, exponent] = axis_labels(model.as_ref().is_some_and(|model| model.has_units));
+    let pick = |(place, at): &(usize, usize), point: &dyn Fn(f64, &Shape) -> [f64; 2]| {
         let place = places.get(*place)?;
-        let (_, modes) = place.result.as_ref().ok()?;
-        Some(point(place.value, modes.modes.get(*at)?))
+        Some(point(place.value, place.shapes().get(*at)?))
     };
-    let curves = |stroke, point: &dyn Fn(f64, &NormalMode) -> [f64; 2]| -> Vec<Curve> {
+    let curves = |stroke, point: &dyn Fn(f64, &Shape) -> [f64; 2]| -> Vec<Curve> {
         let one = |(number, branch): (usize, &Branch)| {
             let class = branch.class.as_ref().map_or_else(String::new, |class| format!(", {class}"));
             let name = if branches.len() <= MOST_NAMED { format!("mode {}{class}", number + 1) } else { String::new() };
@@ -164,7 +163,7 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
     let axis = |label: &str, curves: &[Curve], at: usize| {
         Axis::over(label, curves.iter().flat_map(|own| &own.points).map(|point| point[at]), 0.04)
     };
-    let model_name = model.and_then(|model| model.name.as_deref());
+    let model_name = model.as_ref().and_then(|model| model.name.as_deref());
     if view.locus {
         let mut curves = curves(Stroke::Solid, &|_, mode| [mode.growth.mid_f64(), mode.omega.mid_f64()]);
         let starts = curves.iter().filter_map(|own| {
@@ -184,7 +183,7 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
     let growth = curves(Stroke::Dashed, &|value, mode| [value, mode.growth.mid_f64()]);
     let grows = growth.iter().flat_map(|own| &own.points).any(|point| point[1] != 0.0);
     let up = axis(rate, &omega, 1);
-    let unit = unit_of(places, name);
+    let unit = unit(sweep);
     for (order, colour) in view.orders.iter().zip(branches.len()..) {
         let points = values().map(|value| [value, order * unit * value]).collect();
         omega.push(Curve { name: format!("order {order}"), colour, stroke: Stroke::Thin, points });
@@ -208,8 +207,7 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
 
 /// Where frequencies of different symmetry classes change places, as their bounds at two values within a part of a pixel prove. Others that
 /// come near to each other may avoid it; at a pole, where a frequency ends, they do not cross.
-fn crossings(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> Vec<[f64; 2]> {
-    let solved = |place: usize| Some(&places.get(place)?.result.as_ref().ok()?.1.modes);
+fn crossings(sweep: &Sweep, places: &[Tracked], branches: &[Branch]) -> Vec<[f64; 2]> {
     let closest = match places {
         [first, .., last] => (last.value - first.value).abs() / 1000.0,
         [] | [_] => return Vec::new(),
@@ -220,8 +218,8 @@ fn crossings(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> Vec<[f64; 
         for other in others.filter(|_| own.class.is_some()) {
             let beside = own.at.iter().filter_map(|(place, at)| {
                 let there = other.at.binary_search_by_key(place, |own| own.0).ok()?;
-                let (modes, pair) = (solved(*place)?, [*at, other.at[there].1]);
-                Some((pair.map(|at| rank(modes, at)), Apart::new(places[*place].value, modes, pair)?))
+                let (place, pair) = (places.get(*place)?, [*at, other.at[there].1]);
+                Some((pair.map(|at| rank(place.shapes(), at)), Apart::new(place, pair)?))
             });
             // At a value where they are equal nothing is decided.
             let beside: Vec<_> = beside.filter(|(_, own)| !own.by.contains_zero()).collect();
@@ -245,8 +243,8 @@ fn crossings(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> Vec<[f64; 
 }
 
 /// How often the class of a mode occurs before it: modes of a class keep their order.
-fn rank(modes: &[NormalMode], at: usize) -> usize {
-    modes[..at].iter().filter(|own| own.symmetry == modes[at].symmetry).count()
+fn rank(modes: &[Shape], at: usize) -> usize {
+    modes[..at].iter().filter(|own| own.class == modes[at].class).count()
 }
 
 /// Two frequencies at a value of the parameter.
@@ -260,21 +258,20 @@ struct Apart {
 }
 
 impl Apart {
-    fn new(value: f64, modes: &[NormalMode], [one, two]: [usize; 2]) -> Option<Self> {
-        let (one, two) = (modes.get(one)?, modes.get(two)?);
+    fn new(place: &Tracked, [one, two]: [usize; 2]) -> Option<Self> {
+        let (one, two) = (place.shapes().get(one)?, place.shapes().get(two)?);
         let both = [one, two].iter().all(|own| own.omega.is_positive());
-        both.then(|| Self { value, omega: one.omega.mid_f64(), by: one.omega - two.omega })
+        both.then(|| Self { value: place.value, omega: one.omega.mid_f64(), by: one.omega - two.omega })
     }
 
     /// In the middle of an interval, where the modes have these ranks in the classes of their branches.
     fn between(sweep: &Sweep, from: &Self, to: &Self, ranks: [usize; 2], branches: [&Branch; 2]) -> Option<Self> {
-        let place = sweep.at(0.5 * (from.value + to.value))?;
-        let modes = place.result.ok()?.1.modes;
+        let place = Tracked::of(sweep.at(0.5 * (from.value + to.value))?);
         let mode = |which: usize| {
-            let of_class = |own: &(usize, &NormalMode)| own.1.symmetry == branches[which].class;
-            modes.iter().enumerate().filter(of_class).nth(ranks[which]).map(|own| own.0)
+            let of_class = |own: &(usize, &Shape)| own.1.class == branches[which].class;
+            place.shapes().iter().enumerate().filter(of_class).nth(ranks[which]).map(|own| own.0)
         };
-        Self::new(place.value, &modes, [mode(0)?, mode(1)?])
+        Self::new(&place, [mode(0)?, mode(1)?])
     }
 
     fn crosses(&self, other: &Self) -> bool {
@@ -283,11 +280,8 @@ impl Apart {
 }
 
 /// What the unit of the parameter is worth in SI.
-fn unit_of(places: &[Place], name: &str) -> f64 {
-    let ratio = places.iter().filter(|place| place.value != 0.0).find_map(|place| {
-        let model = place.result.as_ref().ok()?.0.model();
-        let own = model.parameters.iter().find(|own| own.name == name)?;
-        Some(constant(&model.pool, own.value?)?.mid_f64() / place.value)
-    });
-    ratio.unwrap_or(1.0)
+fn unit(sweep: &Sweep) -> f64 {
+    let Some((from, to)) = sweep.ends_si() else { return 1.0 };
+    let ends = [(0, from), (sweep.range().len() - 1, to)].map(|(place, si)| (sweep.value(place), si));
+    ends.iter().find(|(value, _)| *value != 0.0).map_or(1.0, |(value, si)| si.mid_f64() / value)
 }

@@ -6,7 +6,7 @@
 use crate::figure::{Figure, figure};
 use crate::source::{Source, parameter};
 use crate::sweep::{Place, Sweep};
-use crate::tracking::{Shape, Shapes, is_one_of_several, matched, shapes};
+use crate::tracking::{Shape, is_one_of_several, matched, shapes};
 use librate_core::linearize::{Linearized, constant};
 use librate_core::model::{Model, Range};
 use librate_core::modes::Options;
@@ -207,7 +207,7 @@ impl Nodes {
             let neighbours = beside.into_iter().chain([node.checked_sub(across), Some(node + across)]).flatten();
             let nearer = neighbours.filter(|own| *own < places.len() && away(*own) < away(node));
             let before = nearer.filter_map(|own| known[own].as_ref()).next().unwrap_or(&own);
-            let found = follow(before, shapes(linearized, modes), modes);
+            let found = follow(before, &shapes(linearized, modes), modes);
             let equilibrium = linearized.equilibrium().values.iter().take(count).map(|value| value.mid_f64()).collect();
             let all = modes.modes.len();
             let modes = found.iter().map(|own| own.as_ref().map(|(_, mode)| mode.clone())).collect();
@@ -222,19 +222,19 @@ impl Nodes {
 type Followed = (Shape, NormalMode);
 
 /// The modes of a node in the order of those before it.
-fn follow(before: &[Option<Followed>], here: Shapes, modes: &NormalModes) -> Vec<Option<Followed>> {
+fn follow(before: &[Option<Followed>], here: &[Shape], modes: &NormalModes) -> Vec<Option<Followed>> {
     let known: Vec<usize> = (0..before.len()).filter(|at| before[*at].is_some()).collect();
-    let old: Shapes = before.iter().flatten().map(|(shape, _)| shape.clone()).collect();
-    let (pairs, _) = matched(&old, &here);
+    let old: Vec<Shape> = before.iter().flatten().map(|(shape, _)| shape.clone()).collect();
+    let (pairs, _) = matched(&old, here);
     let mut found: Vec<Option<Followed>> = vec![None; before.len()];
     for ((at, old), new) in known.into_iter().zip(&old).zip(pairs) {
         let Some(new) = new else { continue };
         let mut mode = modes.modes[new].clone();
         // Among equal exponents any basis is as good: the one before is kept.
-        if let (true, Some((_, last))) = (is_one_of_several(&here, new), &before[at]) {
+        if let (true, Some((_, last))) = (is_one_of_several(here, new), &before[at]) {
             mode.vector.clone_from(&last.vector);
             mode.imaginary.clone_from(&last.imaginary);
-            found[at] = Some((old.clone().in_cluster(here[new].cluster), mode));
+            found[at] = Some((old.clone().of_mode(&here[new]), mode));
             continue;
         }
         let [re, im] = old.product(&here[new]);

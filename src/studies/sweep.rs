@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use crate::batch::{self, Outcome, Solutions, Study};
+use crate::batch::{self, Outcome, Solution, Solutions, Study};
 use crate::error::Error;
 use crate::sensitivity;
 use crate::source::{End, Source, parameter, rational, share, unit_of, written_ends};
@@ -105,7 +105,11 @@ impl Sweep {
         value.or_else(|| self.range.value(place)).unwrap_or(f64::NAN)
     }
 
-    fn model(&self, place: usize) -> Result<Model, Error> {
+    /// The model at a place.
+    ///
+    /// # Errors
+    /// [`Error::Model`] where it can't be one.
+    pub fn model(&self, place: usize) -> Result<Model, Error> {
         if let Some(Derived { study, ends, .. }) = self.derived.as_deref()
             && let Some(value) = rational(ends, &self.range, place)
         {
@@ -148,7 +152,8 @@ impl Sweep {
     }
 
     /// The ends of the range in SI.
-    pub(crate) fn ends_si(&self) -> Option<(Ball, Ball)> {
+    #[must_use]
+    pub fn ends_si(&self) -> Option<(Ball, Ball)> {
         let end = |place| self.in_si(&self.model(place).ok()?);
         Some((end(0)?, end(self.range.len() - 1)?))
     }
@@ -175,7 +180,8 @@ impl Sweep {
         let (from, to) = (self.in_si(&first)?, self.in_si(&last)?);
         let end = |own: &Model| Some(End { pool: own.pool.clone(), value: own.parameters[number].value? });
         let ends = [end(&first)?, end(&last)?];
-        let options = batch::Options::default().without_vectors().without_matrices();
+        let options = batch::Options::default();
+        let options = if self.options.vectors { options } else { options.without_vectors().without_matrices() };
         let study = Study::with_options(first, &[self.range.name()], options).ok()?;
         study.is_at_rest().then_some(Derived { study, from, to, ends })
     }
@@ -203,10 +209,38 @@ pub struct Enclosed {
     pub growth: Ball,
 }
 
-impl Worker<'_> {
+/// Enclosures of the exponents of a set, so many at most; nothing where doubles do not decide which mode is what.
+fn decided(set: Solution<'_>, lowest: usize) -> Option<Vec<Enclosed>> {
+    if set.outcome != Outcome::Solved {
+        return None;
+    }
+    let modes = set.modes().zip(set.omega_squared.iter().zip(set.omega_squared_bounds));
+    let modes = modes.take(lowest).map(|(mode, (square, bound))| {
+        let root = Ball::exact(square.abs()).with_added_radius(*bound).sqrt();
+        match mode.kind {
+            Kind::Oscillation => Some(Enclosed { omega: root, growth: Ball::ZERO }),
+            Kind::Unstable => Some(Enclosed { omega: Ball::ZERO, growth: root }),
+            _ => None,
+        }
+    });
+    modes.collect()
+}
+
+impl<'a> Worker<'a> {
+    /// What it works on.
+    #[must_use]
+    pub fn sweep(&self) -> &'a Sweep {
+        self.sweep
+    }
+
     /// Enclosures of the exponents at some places, in the order of the modes; nothing for a place where doubles do
     /// not decide which mode is what.
     pub fn enclosed(&mut self, places: &[usize]) -> Vec<Option<Vec<Enclosed>>> {
+        self.sets(places).into_iter().map(|own| Some(own?.0)).collect()
+    }
+
+    /// The same with what they are made from.
+    pub(crate) fn sets(&mut self, places: &[usize]) -> Vec<Option<(Vec<Enclosed>, Solution<'_>)>> {
         let Some(Derived { study, from, to, .. }) = self.sweep.derived.as_deref() else {
             return vec![None; places.len()];
         };
@@ -222,21 +256,6 @@ impl Worker<'_> {
             return vec![None; places.len()];
         }
         let lowest = self.sweep.options.lowest.unwrap_or(usize::MAX);
-        let decided = |set: batch::Solution<'_>| -> Option<Vec<Enclosed>> {
-            if set.outcome != Outcome::Solved {
-                return None;
-            }
-            let modes = set.modes().zip(set.omega_squared.iter().zip(set.omega_squared_bounds));
-            let modes = modes.take(lowest).map(|(mode, (square, bound))| {
-                let root = Ball::exact(square.abs()).with_added_radius(*bound).sqrt();
-                match mode.kind {
-                    Kind::Oscillation => Some(Enclosed { omega: root, growth: Ball::ZERO }),
-                    Kind::Unstable => Some(Enclosed { omega: Ball::ZERO, growth: root }),
-                    _ => None,
-                }
-            });
-            modes.collect()
-        };
-        self.solutions.iter().map(decided).collect()
+        self.solutions.iter().map(|set| Some((decided(set, lowest)?, set))).collect()
     }
 }

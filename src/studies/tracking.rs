@@ -7,12 +7,15 @@
 //! they are. So it is where frequencies bend. Modes of different symmetry classes never belong together. Among equal frequencies no shape is one of a mode; those before
 //! are kept until they part again.
 
+use crate::batch::{BatchMode, Solution};
+use crate::error::Error;
 use crate::refine::{DEEPEST, FLAT, MOST_FINER, off_line, span};
-use crate::sweep::{Place, Sweep};
+use crate::sweep::{Enclosed, Place, Sweep, Worker};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
 use librate_core::order::Order;
 use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_core::precision::Ball;
 
 /// Shapes that agree less leave it open what belongs together.
 const SURE: f64 = 0.7;
@@ -22,8 +25,13 @@ const LEAST: f64 = 0.05;
 const STEADY: f64 = 0.98;
 /// Where modes change places an interval is halved until bounds no longer separate them.
 const DEEPEST_SWAP: u32 = 34;
-/// Masses of more coordinates count alike.
+/// Masses of more coordinates count alike, ...
 const MOST_DENSE: usize = 600;
+/// ... and those of which xᴴMx is no larger a part of its terms.
+const LOST: f64 = 1e-10;
+/// Squares of frequencies that are apart by so many times their bounds have shapes in doubles that are off by no more than a thousandth:
+/// the sine of the angle is at most the residual by the gap (C. Davis and W. M. Kahan, SIAM J. Numer. Anal. 7 (1970) 1).
+const APART: f64 = 1e3;
 
 /// A mode followed over a range.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,19 +43,47 @@ pub struct Branch {
     pub at: Vec<(usize, usize)>,
 }
 
+/// The modes at one value of the parameter, as they are followed and drawn.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+#[must_use]
+pub struct Tracked {
+    /// The parameter's value, in the unit that it is declared with.
+    pub value: f64,
+    /// The modes there, or why there are none.
+    pub modes: Result<Vec<Shape>, Error>,
+}
+
+impl Tracked {
+    /// Of a place that is solved in full, with shapes.
+    pub fn of(place: Place) -> Self {
+        Self { value: place.value, modes: place.result.map(|(linearized, modes)| shapes(&linearized, &modes)) }
+    }
+
+    /// Nothing where there are none.
+    #[must_use]
+    pub fn shapes(&self) -> &[Shape] {
+        self.modes.as_deref().unwrap_or_default()
+    }
+}
+
 /// A mode as it is compared.
 #[derive(Clone, Debug)]
-pub(crate) struct Shape {
+#[non_exhaustive]
+pub struct Shape {
+    /// Its frequency in rad/s.
+    pub omega: Ball,
+    /// Its growth in 1/s.
+    pub growth: Ball,
+    /// Its symmetry class, where it has one.
+    pub class: Option<String>,
     /// Real and imaginary part of each component.
     vector: Vec<[f64; 2]>,
     /// M times it, and the root of xᴴMx.
     image: Vec<[f64; 2]>,
     length: f64,
-    class: Option<String>,
     pub(crate) cluster: u32,
     kind: Kind,
-    /// Frequency and growth.
-    point: [f64; 2],
 }
 
 impl Shape {
@@ -70,33 +106,24 @@ impl Shape {
 
     /// The part of the agreement that the states have, (x, s x/s0) with the larger exponent for s0.
     fn share_of_states(&self, other: &Self) -> f64 {
-        let [[a, b], [c, d]] = [self.point, other.point];
+        let [[a, b], [c, d]] = [self, other].map(point);
         let both = a * a + b * b + c * c + d * d;
         if both > 0.0 { 0.5 + (a * c + b * d) / both } else { 1.0 }
     }
 
-    /// The shape as one of a number of equal ones.
-    pub(crate) fn in_cluster(self, cluster: u32) -> Self {
-        Self { cluster, ..self }
+    /// The shape as that of another mode.
+    pub(crate) fn of_mode(self, other: &Self) -> Self {
+        Self { cluster: other.cluster, omega: other.omega, growth: other.growth, ..self }
     }
-}
 
-/// The modes at a place.
-pub(crate) type Shapes = Vec<Shape>;
+    /// Whether xᴴMx is what little is left of large terms: in doubles nothing of it need be right.
+    fn cancels(&self, mass: &[f64]) -> bool {
+        let sizes: Vec<f64> = self.vector.iter().map(|[re, im]| re.hypot(*im)).collect();
+        let row = |(row, size): (&[f64], &f64)| size * row.iter().zip(&sizes).map(|(m, x)| m.abs() * x).sum::<f64>();
+        self.length < LOST * mass.chunks(sizes.len().max(1)).zip(&sizes).map(row).sum::<f64>()
+    }
 
-fn point(mode: &NormalMode) -> [f64; 2] {
-    [mode.omega.mid_f64(), mode.growth.mid_f64()]
-}
-
-pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
-    let n = modes.modes.first().map_or(0, |mode| mode.vector.len());
-    let mass = if n <= MOST_DENSE { linearized.mass() } else { Vec::new() };
-    let mass: Vec<f64> = if mass.len() == n * n { mass.iter().map(|own| own.mid_f64()).collect() } else { Vec::new() };
-    // Where no motion has inertia, components count alike.
-    let mass = if mass.iter().all(|own| *own == 0.0) { Vec::new() } else { mass };
-    let shape = |mode: &NormalMode| {
-        let imaginary = mode.imaginary.iter().copied().chain(std::iter::repeat(0.0));
-        let vector: Vec<[f64; 2]> = mode.vector.iter().zip(imaginary).map(|(re, im)| [*re, im]).collect();
+    fn new(vector: Vec<[f64; 2]>, mass: &[f64], enclosed: Enclosed, kind: Kind, cluster: u32) -> Self {
         let image: Vec<[f64; 2]> = if mass.is_empty() {
             vector.clone()
         } else {
@@ -104,20 +131,73 @@ pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
                 let parts = row.iter().zip(&vector);
                 parts.fold([0.0; 2], |[re, im], (entry, part)| [re + entry * part[0], im + entry * part[1]])
             };
-            mass.chunks(n).map(row).collect()
+            mass.chunks(vector.len()).map(row).collect()
         };
         let length = vector.iter().zip(&image).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum();
-        Shape {
-            vector,
-            image,
-            length,
-            class: mode.symmetry.clone(),
-            cluster: mode.cluster,
-            kind: mode.kind,
-            point: point(mode),
-        }
+        let Enclosed { omega, growth } = enclosed;
+        Self { omega, growth, class: None, vector, image, length, cluster, kind }
+    }
+}
+
+/// The modes at a place.
+pub(crate) type Shapes = [Shape];
+
+/// Frequency and growth.
+fn point(mode: &Shape) -> [f64; 2] {
+    [mode.omega.mid_f64(), mode.growth.mid_f64()]
+}
+
+pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Vec<Shape> {
+    let n = modes.modes.first().map_or(0, |mode| mode.vector.len());
+    let mass = if n <= MOST_DENSE { linearized.mass() } else { Vec::new() };
+    let mass: Vec<f64> = if mass.len() == n * n { mass.iter().map(|own| own.mid_f64()).collect() } else { Vec::new() };
+    // Where no motion has inertia, components count alike.
+    let mass = if mass.iter().all(|own| *own == 0.0) { Vec::new() } else { mass };
+    let shape = |mode: &NormalMode, mass: &[f64]| {
+        let imaginary = mode.imaginary.iter().copied().chain(std::iter::repeat(0.0));
+        let vector = mode.vector.iter().zip(imaginary).map(|(re, im)| [*re, im]).collect();
+        let enclosed = Enclosed { omega: mode.omega, growth: mode.growth };
+        let shape = Shape::new(vector, mass, enclosed, mode.kind, mode.cluster);
+        Shape { class: mode.symmetry.clone(), ..shape }
     };
-    modes.modes.iter().map(shape).collect()
+    let all = |mass: &[f64]| -> Vec<Shape> { modes.modes.iter().map(|mode| shape(mode, mass)).collect() };
+    let own = all(&mass);
+    if own.iter().any(|shape| shape.cancels(&mass)) { all(&[]) } else { own }
+}
+
+/// The same from doubles; nothing where shapes may be off.
+fn shapes_in_doubles(enclosed: &[Enclosed], set: Solution<'_>) -> Option<Vec<Shape>> {
+    let squares = || set.omega_squared.iter().zip(set.omega_squared_bounds);
+    let is_apart = |((a, r), (b, s)): ((&f64, &f64), (&f64, &f64))| b - a > APART * (r + s);
+    if !squares().zip(squares().skip(1)).all(is_apart) {
+        return None;
+    }
+    let shape = |((number, mode), enclosed): ((u32, BatchMode<'_>), &Enclosed)| {
+        Shape::new(mode.vector.iter().map(|x| [*x, 0.0]).collect(), set.mass, *enclosed, mode.kind, number)
+    };
+    Some((0..).zip(set.modes()).zip(enclosed).map(shape).collect())
+}
+
+impl Worker<'_> {
+    /// The modes at some places: in full at the first, and where that has symmetry classes or doubles do not decide.
+    pub fn tracked(&mut self, places: &[usize]) -> Vec<Tracked> {
+        let sweep = self.sweep();
+        let full = |place: &usize| Tracked::of(sweep.place(*place));
+        let Some((first, others)) = places.split_first() else { return Vec::new() };
+        let mut all = vec![full(first)];
+        if all[0].shapes().iter().any(|own| own.class.is_some()) {
+            all.extend(others.iter().map(full));
+            return all;
+        }
+        let sets = self.sets(others).into_iter();
+        let sets = sets.map(|own| own.and_then(|(enclosed, set)| shapes_in_doubles(&enclosed, set)));
+        let tracked = |(place, shapes): (&usize, Option<_>)| match shapes {
+            Some(shapes) => Tracked { value: sweep.value(*place), modes: Ok(shapes) },
+            None => full(place),
+        };
+        all.extend(others.iter().zip(sets).map(tracked));
+        all
+    }
 }
 
 /// Whether there are other modes with the exponent of one.
@@ -169,7 +249,7 @@ pub(crate) type Pairs = Vec<Option<usize>>;
 /// The way to the next place: where no finer place is reached, to that of the range.
 struct Step {
     found: Pairs,
-    finer: Option<(Place, Shapes)>,
+    finer: Option<Tracked>,
 }
 
 /// Follows modes from place to place.
@@ -181,24 +261,21 @@ struct Follower {
 }
 
 impl Follower {
-    fn new(places: &[Place]) -> Self {
+    fn new(places: &[Tracked]) -> Self {
         let slack = [0, 1].map(|part| {
-            let solved = places.iter().filter_map(|place| place.result.as_ref().ok());
-            let all = solved.flat_map(|(_, modes)| &modes.modes).map(|mode| point(mode)[part]);
-            let [span, rounding] = span(all);
+            let [span, rounding] = span(places.iter().flat_map(Tracked::shapes).map(|mode| point(mode)[part]));
             (FLAT * span).max(rounding)
         });
         Self { slack, left: MOST_FINER * places.len() }
     }
 
     /// Between which places curves bend, as those beside tell: modes by their numbers.
-    fn bent(&self, places: &[Place]) -> Vec<bool> {
+    fn bent(&self, places: &[Tracked]) -> Vec<bool> {
         // A few points are on many curves.
         let mut bent = vec![places.len() < 3; places.len().saturating_sub(1)];
         for (at, three) in places.windows(3).enumerate() {
-            let modes = three.iter().map_while(|place| Some(&place.result.as_ref().ok()?.1.modes));
-            let [a, b, c] = modes.collect::<Vec<_>>()[..] else { continue };
-            let is_off = |((a, b), c): ((&NormalMode, &NormalMode), &NormalMode)| self.is_off([a, b, c].map(point));
+            let [Ok(a), Ok(b), Ok(c)] = [0, 1, 2].map(|at| &three[at].modes) else { continue };
+            let is_off = |((a, b), c): ((&Shape, &Shape), &Shape)| self.is_off([a, b, c].map(point));
             if a.len() == b.len() && a.len() == c.len() && a.iter().zip(b).zip(c).any(is_off) {
                 (bent[at], bent[at + 1]) = (true, true);
             }
@@ -229,27 +306,27 @@ impl Follower {
         let finer = sweep.finer().filter(|_| is_wanted && depth < if is_swap { DEEPEST_SWAP } else { DEEPEST });
         let [from, to] = between.map(|place| 2 * place);
         let middle = finer.and_then(|finer| {
-            let place = finer.place(from + 1);
-            let (linearized, modes) = place.result.as_ref().ok()?;
-            let middle = shapes(linearized, modes);
+            let place = Tracked::of(finer.place(from + 1));
+            let middle = place.modes.as_ref().ok()?;
             // A crossing itself, at which any basis is as good.
             let is_crossing = |at: usize| middle[at].cluster == middle[at - 1].cluster && middle[at].kind != Kind::Zero;
-            (!(1..middle.len()).any(is_crossing)).then_some((finer, place, middle))
+            (!(1..middle.len()).any(is_crossing)).then_some((finer, place))
         });
-        let Some((finer, place, middle)) = middle else {
+        let Some((finer, place)) = middle else {
             way.push(Step { found, finer: None });
             return;
         };
         self.left = self.left.saturating_sub(1);
-        let (first, second) = (matched(ends[0], &middle), matched(&middle, ends[1]));
+        let middle = place.shapes();
+        let (first, second) = (matched(ends[0], middle), matched(middle, ends[1]));
         let bends = pairs(&first.0).any(|(i, j)| {
             let Some(k) = second.0[j] else { return false };
-            self.is_off([&ends[0][i], &middle[j], &ends[1][k]].map(|own| own.point))
+            self.is_off([&ends[0][i], &middle[j], &ends[1][k]].map(point))
         });
-        self.connect(&finer, [ends[0], &middle], [from, from + 1], first, (depth + 1, bends), way);
+        self.connect(&finer, [ends[0], middle], [from, from + 1], first, (depth + 1, bends), way);
         let reached = way.len() - 1;
-        self.connect(&finer, [&middle, ends[1]], [from + 1, to], second, (depth + 1, bends), way);
-        way[reached].finer = Some((place, middle));
+        self.connect(&finer, [middle, ends[1]], [from + 1, to], second, (depth + 1, bends), way);
+        way[reached].finer = Some(place);
     }
 }
 
@@ -257,43 +334,42 @@ fn pairs(found: &[Option<usize>]) -> impl Iterator<Item = (usize, usize)> + '_ {
     found.iter().enumerate().filter_map(|(i, j)| Some((i, (*j)?)))
 }
 
-/// Follows the modes of a sweep from place to place; `places` are all of its places, with shapes, in order, to which finer ones are
-/// added where curves through them would be off. A place without modes ends all branches.
+/// Follows the modes of a sweep from place to place; `places` are all of its places in order, to which finer ones are added where curves
+/// through them would be off. A place without modes ends all branches.
 #[must_use]
-pub fn branches(sweep: &Sweep, places: &mut Vec<Place>) -> Vec<Branch> {
+pub fn branches(sweep: &Sweep, places: &mut Vec<Tracked>) -> Vec<Branch> {
     let mut follower = Follower::new(places);
     let bent = follower.bent(places);
     let mut branches: Vec<Branch> = Vec::new();
-    // Of the modes at the place before: their shapes, and their branches.
-    let mut before: Option<(Shapes, Vec<Option<usize>>)> = None;
-    let mut all: Vec<Place> = Vec::with_capacity(places.len());
+    // The branches of the modes at the last of all places.
+    let mut before: Option<Vec<Option<usize>>> = None;
+    let mut all: Vec<Tracked> = Vec::with_capacity(places.len());
     for (number, place) in std::mem::take(places).into_iter().enumerate() {
-        let Ok((linearized, modes)) = &place.result else {
+        let Ok(here) = &place.modes else {
             before = None;
             all.push(place);
             continue;
         };
-        let here = shapes(linearized, modes);
         let mut way = Vec::new();
-        if let Some((shapes, _)) = &before {
-            let found = matched(shapes, &here);
-            follower.connect(sweep, [shapes, &here], [number - 1, number], found, (0, bent[number - 1]), &mut way);
+        if let (Some(_), Some(last)) = (&before, all.last()) {
+            let ends = [last.shapes(), here];
+            let found = matched(ends[0], here);
+            follower.connect(sweep, ends, [number - 1, number], found, (0, bent[number - 1]), &mut way);
         } else {
             way.push(Step { found: Vec::new(), finer: None });
         }
-        let mut last = Some((place, here));
+        let mut last = Some(place);
         for Step { found, finer } in way {
             let is_finer = finer.is_some();
-            let Some((place, mut here)) = finer.or_else(|| last.take()) else { continue };
+            let Some(mut place) = finer.or_else(|| last.take()) else { continue };
+            let here = place.modes.as_deref_mut().unwrap_or_default();
             let mut owners = vec![None; here.len()];
-            if let Some((shapes, known)) = &before {
-                for ((old, at), branch) in shapes.iter().zip(found).zip(known) {
-                    let Some(at) = at else { continue };
-                    owners[at] = *branch;
-                    if is_one_of_several(&here, at) {
-                        let Shape { cluster, point, .. } = here[at];
-                        here[at] = Shape { cluster, point, ..old.clone() };
-                    }
+            let old = all.last().map_or(&[][..], Tracked::shapes);
+            for ((old, at), branch) in old.iter().zip(found).zip(before.iter().flatten()) {
+                let Some(at) = at else { continue };
+                owners[at] = *branch;
+                if is_one_of_several(here, at) {
+                    here[at] = old.clone().of_mode(&here[at]);
                 }
             }
             for (at, owner) in owners.iter_mut().enumerate() {
@@ -306,7 +382,7 @@ pub fn branches(sweep: &Sweep, places: &mut Vec<Place>) -> Vec<Branch> {
                 }
             }
             all.push(place);
-            before = Some((here, owners));
+            before = Some(owners);
         }
     }
     *places = all;

@@ -14,7 +14,7 @@ use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::sweep::Sweep;
 use librate::syntax::parse;
-use librate::tracking::branches;
+use librate::tracking::{Tracked, branches};
 use librate_studies::figure::Link;
 use librate_studies::tracking::Branch;
 use roxmltree::Document;
@@ -164,7 +164,17 @@ fn swept(text: &str, over: &str) -> Vec<Branch> {
     let file = parse(text).unwrap();
     let source = Source { file, tables: TableTexts::new(), settings: Settings::new() };
     let sweep = Sweep::new(source, range, Options::default());
-    let mut places: Vec<_> = (0..sweep.range().len()).map(|at| sweep.place(at)).collect();
+    let all: Vec<usize> = (0..sweep.range().len()).collect();
+    let mut places = sweep.worker().tracked(&all);
+    for (at, place) in all.into_iter().zip(&places) {
+        let full = Tracked::of(sweep.place(at));
+        assert_eq!((place.value, place.shapes().len()), (full.value, full.shapes().len()));
+        for (own, full) in place.shapes().iter().zip(full.shapes()) {
+            assert!((own.omega - full.omega).contains_zero() && (own.growth - full.growth).contains_zero());
+            // Of those at single values between nothing is asked.
+            assert!(own.class.is_none() || own.class == full.class);
+        }
+    }
     branches(&sweep, &mut places)
 }
 
@@ -178,7 +188,7 @@ fn modes_cross_where_nothing_couples_them_and_avoid_it_where_something_does() {
     let pair =
         |coupling: &str| format!("param k = 1  coord x, y  T = x'^2/2 + y'^2/2  V = k*x^2/2 + y^2 + {coupling}*x*y");
     // 1 to 4 for the one, 2 for the other; a place on the crossing itself, and none.
-    for count in [7, 6] {
+    for count in [7, 6, 19] {
         let crossing = swept(&pair("0"), &format!("k=1..4:{count}"));
         assert_eq!(ends(&crossing), [[0, 1], [1, 0]], "{count}");
         assert!(crossing.iter().all(|branch| branch.at.len() >= count));
@@ -186,6 +196,13 @@ fn modes_cross_where_nothing_couples_them_and_avoid_it_where_something_does() {
             let avoided = swept(&pair(coupling), &format!("k=1..4:{count}"));
             assert_eq!(ends(&avoided), [[0, 0], [1, 1]], "{count}, {coupling}");
         }
+    }
+    // Of the motion of the support alone nothing is left of 1e-20 beside 1 in doubles.
+    let support = std::fs::read_to_string("models/hard/nearly_massless_support.lag").unwrap();
+    for count in [5, 21] {
+        let found = swept(&support, &format!("m=0.8..1.2:{count}"));
+        assert_eq!(ends(&found), [[0, 0], [1, 1]]);
+        assert!(found.iter().all(|branch| branch.at.len() < 5 * count));
     }
     // Even and odd modes of a mirror cross, whatever couples them.
     let mirror = "param c = 1  coord a, b, d  T = (a'^2 + b'^2 + d'^2)/2
