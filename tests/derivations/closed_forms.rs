@@ -156,6 +156,32 @@ fn the_odd_class_of_three_pendulums_is_the_one_of_the_text() {
     assert_eq!(block.basis, [vec![(0, 1), (2, -1)]]);
 }
 
+/// Three atoms around a centre and three more outside, as cyclopropane's in their plane: the two rings turn against each other with
+/// 3/2 kM (a + d)²/(m L²) + 3/2 kM a²/(M L²), L being the distance that kM keeps; two frequencies belong to A1, three to E.
+#[test]
+fn rings_of_bodies_have_closed_forms_by_their_point_group() {
+    let text = "param m = 2, M = 1, a = 1, d = 1/2, k = 3, kH = 5, kM = 1/2
+        coord c[1..3, 1..2], h[1..3, 1..2]
+        equilibrium c[i in 1..3] = a*[cos(2*pi*i/3), sin(2*pi*i/3)]
+        equilibrium h[i in 1..3] = (a + d)*[cos(2*pi*i/3), sin(2*pi*i/3)]
+        let n[i in 1..3] = c[mod(i, 3) + 1]
+        let l[i in 1..3] = c[mod(i + 1, 3) + 1]
+        T = sum(i in 1..3, 1/2*m*dot(c[i]', c[i]') + 1/2*M*dot(h[i]', h[i]'))
+        V = 1/2*sum(i in 1..3, k*(norm(n[i] - c[i]) - sqrt(3)*a)^2 + kH*(norm(h[i] - c[i]) - d)^2
+            + kM*(norm(h[i] - n[i]) - sqrt((a + d)^2 + a^2 + a*(a + d)))^2
+            + kM*(norm(h[i] - l[i]) - sqrt((a + d)^2 + a^2 + a*(a + d)))^2)";
+    let model = model_in(text, Path::new("."), &[]);
+    let json = frequencies(&model);
+    let all = json["frequencies"].as_array().unwrap();
+    let count = |class: &str| all.iter().filter(|own| own["symmetry"] == class).count();
+    assert_eq!([count("A1"), count("A2")], [2, 1], "{json:#}");
+    let turning = all.iter().find(|own| own["symmetry"] == "A2").unwrap()["omega_squared"].as_str().unwrap();
+    let distance = "(3*a*(a + d) + d^2)";
+    let want = format!("3/2*kM*((a + d)^2/m + a^2/M)/{distance}");
+    let both = values(text, Path::new("."), &["a=7/5", "M=1/3"], &[turning.to_owned(), want]);
+    assert!(both[0].sub(&both[1]).contains_zero(), "{turning}");
+}
+
 #[test]
 fn parameters_without_values_are_drawn() {
     let text = "param k  param m  coord x, y

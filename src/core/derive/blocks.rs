@@ -107,16 +107,7 @@ pub(super) struct Waves {
 /// of the differences of the places.
 pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, coordinates: &[usize]) -> Option<Waves> {
     let GroupKind::Ring { turn, length } = &symmetry.kind else { return None };
-    let mut cells: Vec<Vec<usize>> = Vec::new();
-    let mut seen: Vec<usize> = Vec::new();
-    for start in coordinates {
-        if seen.contains(start) {
-            continue;
-        }
-        let cycle: Vec<usize> = std::iter::successors(Some(*start), |i| Some(turn.of(*i).0)).take(*length).collect();
-        seen.extend(&cycle);
-        cells.push(cycle);
-    }
+    let cells = cycles(turn, *length, coordinates);
     let square = pool.fresh_symbol("s");
     let ring = RingSums { square: pool.symbol_expr(square), length: *length };
     let row = |of: &[BTreeMap<usize, ExprId>], a: &[usize], b: &[usize]| -> Vec<(usize, ExprId)> {
@@ -153,6 +144,72 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
         return None;
     }
     Some(Waves { square, omega_squared, coefficients })
+}
+
+/// The coordinates that a turn takes to each other, one after the other.
+fn cycles(turn: &SignedPermutation, length: usize, coordinates: &[usize]) -> Vec<Vec<usize>> {
+    let mut cycles: Vec<Vec<usize>> = Vec::new();
+    for start in coordinates {
+        if !cycles.concat().contains(start) {
+            cycles.push(std::iter::successors(Some(*start), |i| Some(turn.of(*i).0)).take(length).collect());
+        }
+    }
+    cycles
+}
+
+/// Vectors of each wave number j of a ring of n cells, cos(2π j r/n) and then, unless they are all 0, as many sin(2π j r/n), up to a
+/// factor, where that makes them whole: where n is 1, 2, 3, 4 or 6 times what it has in common with j. And whether there are sines.
+pub(super) fn whole_waves(turn: &SignedPermutation, length: usize, coordinates: &[usize]) -> Vec<(Vec<Sparse>, bool)> {
+    let cycles = cycles(turn, length, coordinates);
+    let waves = (0..=length / 2).filter_map(|j| {
+        let common = (1..=length).rev().find(|d| length.is_multiple_of(*d) && j.is_multiple_of(*d))?;
+        // Twice the cosine of the angle.
+        let step = match length / common {
+            1 => 2,
+            2 => -2,
+            3 => -1,
+            4 => 0,
+            6 => 1,
+            _ => return None,
+        };
+        let wave = |first: i64, second: i64, cycle: &Vec<usize>| -> Sparse {
+            let values = std::iter::successors(Some((first, second)), |(a, b)| Some((*b, step * b - a)));
+            cycle.iter().zip(values).map(|(i, (value, _))| (*i, value)).filter(|(_, value)| *value != 0).collect()
+        };
+        let (cosines, sines) = (cycles.iter().map(|own| wave(2, step, own)), cycles.iter().map(|own| wave(0, 1, own)));
+        Some(if step.abs() == 2 { (cosines.collect(), false) } else { (cosines.chain(sines).collect(), true) })
+    });
+    waves.collect()
+}
+
+/// Columns along the way from an axis to each body and across it, where that turns coordinates in a plane by angles with rational
+/// squares of their cosines; `None` where bodies are on the axis.
+pub(super) fn around_an_axis(
+    pool: &mut Algebra<'_>,
+    axes: &[Vec<usize>],
+    equilibrium: &[ExprId],
+    values: &[f64],
+) -> Option<Vec<Vec<(usize, ExprId)>>> {
+    let planes = [[0, 1], [1, 2], [2, 0]].into_iter().take(if axes.len() == 2 { 1 } else { 3 });
+    let turned = |pool: &mut Algebra<'_>, [k, l]: [usize; 2]| {
+        let mut columns: Vec<Vec<(usize, ExprId)>> = (0..equilibrium.len()).map(|i| vec![(i, pool.one())]).collect();
+        for (i, j) in axes.get(k)?.iter().zip(axes.get(l)?) {
+            let [x, y] = [*i, *j].map(|at| pool.square(equilibrium[at]));
+            let whole = pool.add(x, y);
+            let mut part = |square: ExprId, sign: f64| {
+                let share = pool.short(|pool| pool.div(square, whole));
+                let share = pool.as_number(share)?.clone();
+                let root = pool.number(share);
+                let root = pool.powr(root, &Number::half());
+                Some(if sign < 0.0 { pool.neg(root) } else { root })
+            };
+            let (c, s) = (part(x, values[*i])?, part(y, values[*j])?);
+            columns[*i] = vec![(*i, c), (*j, s)];
+            columns[*j] = vec![(*i, pool.neg(s)), (*j, c)];
+        }
+        Some(columns)
+    };
+    planes.into_iter().find_map(|plane| turned(pool, plane))
 }
 
 struct RingSums {

@@ -34,7 +34,7 @@ use crate::precision::Function;
 /// What has more symbols gets a name.
 const MOST_WITHOUT_NAME: u64 = 5;
 /// Formulas of more symbols, with what their names stand for, are no help to anybody.
-const MOST_ON_PAGE: u64 = 600;
+pub(super) const MOST_ON_PAGE: u64 = 600;
 /// Longer sums are left as they are.
 const MOST_TO_SIMPLIFY: u64 = 400;
 

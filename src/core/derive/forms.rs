@@ -1,8 +1,8 @@
 //! Closed forms of M and K, part by part: lattices, waves on a ring, blocks of classes, small parts.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::blocks::{adapted, commuting_mirrors, is_free, waves};
+use super::blocks::{adapted, commuting_mirrors, is_free, waves, whole_waves};
 use super::check::Checker;
 use super::frequencies::{Block, Case, Frequency, Series};
 use super::lattice::{Angles, Dimension, Ends, Lattice, lattice};
@@ -150,6 +150,37 @@ impl Search<'_> {
         self.solve_parts(pool, &own, &units(&rest), None);
     }
 
+    /// Looks for closed forms of parts that a turn takes to themselves.
+    pub(super) fn closed_forms_of_rings(&mut self, pool: &mut Algebra<'_>, pair: &Pair) {
+        for part in pair.components(pool) {
+            let own = pair.restricted(&part);
+            let all: Vec<usize> = (0..part.len()).collect();
+            match Symmetry::find(&own.pattern(pool)).map(|own| own.kind) {
+                Some(GroupKind::Ring { turn, length }) => {
+                    for (basis, doubled) in whole_waves(&turn, length, &all) {
+                        let block = own.projected(pool, &basis);
+                        let parts = block.components(pool);
+                        let exchanged = |part: &[usize]| -> Vec<usize> {
+                            let half = basis.len() / 2;
+                            let others: BTreeSet<usize> = part.iter().map(|i| (i + half) % basis.len()).collect();
+                            others.into_iter().collect()
+                        };
+                        for part in &parts {
+                            let other = exchanged(part);
+                            let twice = doubled && other != *part && parts.contains(&other);
+                            if !twice || *part < other {
+                                self.solve(pool, &block.restricted(part), (None, if twice { 2 } else { 1 }));
+                            }
+                        }
+                    }
+                }
+                Some(GroupKind::Mirrors(_) | GroupKind::Other) | None => {
+                    self.solve_parts(pool, &own, &units(&all), None);
+                }
+            }
+        }
+    }
+
     /// The modes of a part of one or two coordinates whose frequencies are known otherwise.
     fn small_part(&self, pool: &mut Algebra<'_>, own: &Pair, part: &[usize]) -> Vec<Shape> {
         if part.len() > 2 {
@@ -163,20 +194,32 @@ impl Search<'_> {
     fn solve_parts(&mut self, pool: &mut Algebra<'_>, block: &Pair, basis: &[Sparse], class: Option<String>) {
         for part in block.components(pool) {
             let own = block.restricted(&part);
-            let before = self.found.case.solved.len();
-            let solution = roots(pool, &own, Request { before, ..self.request });
-            let values = self.take(pool, solution, class.as_ref());
+            let values = self.solve(pool, &own, (class.as_ref(), 1));
             let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
             let shapes = shapes(pool, &own, &values, &basis).into_iter();
             self.found.shapes.extend(shapes.map(|own| Shape { symmetry: class.clone(), ..own }));
-            if values.len() < own.len() {
-                self.found.unsolved.push((own, values, class.clone()));
-            }
         }
     }
 
+    /// The frequencies of a part that is there so many times, each as often as it is one of the part.
+    fn solve(&mut self, pool: &mut Algebra<'_>, own: &Pair, (class, times): (Option<&String>, usize)) -> Vec<ExprId> {
+        let before = self.found.case.solved.len();
+        let solution = roots(pool, own, Request { before, ..self.request });
+        let values = self.take(pool, solution, (class, times));
+        if values.len() < own.len() {
+            let unsolved = (own.clone(), values.clone(), class.cloned());
+            self.found.unsolved.extend(std::iter::repeat_n(unsolved, times));
+        }
+        values
+    }
+
     /// Takes the zeros of a part in that can be read.
-    fn take(&mut self, pool: &mut Algebra<'_>, solution: Roots, class: Option<&String>) -> Vec<ExprId> {
+    fn take(
+        &mut self,
+        pool: &mut Algebra<'_>,
+        solution: Roots,
+        (class, times): (Option<&String>, usize),
+    ) -> Vec<ExprId> {
         self.found.case.on_request = self.found.case.on_request.max(solution.unsolved);
         let mut values = Vec::new();
         for value in solution.zeros {
@@ -184,7 +227,7 @@ impl Search<'_> {
             let value = if is_solved { value } else { pool.polished(value) };
             let value = if is_solved { value } else { opened(pool, value) };
             if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
-                self.found.add(value, 1, class.cloned());
+                self.found.add(value, times, class.cloned());
                 values.push(value);
             }
         }
@@ -207,7 +250,7 @@ impl Search<'_> {
             all.extend(own.into_iter().map(|z| (z, 1)));
             let before = self.found.case.solved.len();
             if let Some(solution) = left_over(pool, &block, &all, Request { before, ..self.request }) {
-                self.take(pool, solution, class.as_ref());
+                self.take(pool, solution, (class.as_ref(), 1));
             }
         }
     }

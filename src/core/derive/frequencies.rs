@@ -6,6 +6,7 @@
 //! is compared with certified numbers before it is given out (`check`).
 
 use super::Linear;
+use super::blocks::around_an_axis;
 use super::check::{Checker, Signs};
 use super::cubic::Solved;
 use super::forms::{Found, Search};
@@ -21,6 +22,7 @@ use crate::linearize::Invariance;
 use crate::model::{Model, Parameter};
 use crate::number::Number;
 use crate::order::Gather;
+use crate::precision::Ball;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
 /// Larger models get no closed forms: they could not be checked in reasonable time.
@@ -177,6 +179,13 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let plain = Symmetries::find(checker, pool, linear, &pair, &none);
     let (mut general, found) = case(checker, request, pool, &pair, &plain, &none);
     checker.check(pool, &pair, &mut general);
+    if !general.complete
+        && let Some(rings) = rings(checker, request, pool, linear, &pair)
+        && rings.known() > general.known()
+    {
+        let Case { symmetry, blocks, .. } = general;
+        general = Case { symmetry, blocks, ..rings };
+    }
     general.add_normal(pool, checker, &pair, found);
     let point_group = checker.point_group().map(str::to_owned);
     let signs = linear.signs.clone();
@@ -306,6 +315,29 @@ fn case(
     };
     case.complete = case.known() == pair.len();
     (case, found)
+}
+
+/// What the point group of bodies around an axis tells in coordinates along the ways to them and across, where mirrors do not tell all.
+fn rings(
+    checker: &Checker<'_>,
+    request: Request<'_>,
+    pool: &mut Algebra<'_>,
+    linear: &Linear,
+    pair: &Pair,
+) -> Option<Case> {
+    checker.point_group()?;
+    let linearized = checker.linearized()?;
+    let at: Vec<f64> = linearized.equilibrium().values.iter().map(Ball::mid_f64).collect();
+    let columns = around_an_axis(pool, &linearized.axes_of_bodies()?, &linear.equilibrium, &at)?;
+    let turned = pair.in_basis(pool, &columns).canonical(pool);
+    let mut found = Found::default();
+    let mut search = Search { request, found: &mut found };
+    search.closed_forms_of_rings(pool, &turned);
+    search.count_copies(pool, checker);
+    let mut case = Case { frequencies: found.frequencies.into_values().collect(), ..found.case };
+    case.complete = case.known() == pair.len();
+    checker.check(pool, pair, &mut case);
+    Some(case)
 }
 
 impl Angles {

@@ -424,7 +424,7 @@ impl Linear {
     fn finish(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, parts: &Parts, polish: bool) {
         let pair = Pair::new(&self.mass, &self.stiffness).replaced(pool, &HashMap::new());
         let (pair, signs) = checker.signed(pool, &pair);
-        let pair = pair.with_halved_angles(pool);
+        let pair = pair.with_halved_angles(pool).with_like_roots(pool);
         self.signs = signs.into_iter().collect();
         (self.mass, self.stiffness) = pair.dense(pool);
         // What ZᵀMZ multiplies out.

@@ -6,7 +6,7 @@ use super::equilibria::angle;
 use super::simplify::{Algebra, Monomial, Opening, bases_with, expand};
 use crate::expr::{ExprId, ModularPoint, Pool, neg_mod};
 use crate::number::Number;
-use crate::order::Gather;
+use crate::order::{Gather, Order};
 use crate::symmetry::Pattern;
 
 /// A row without its zeros.
@@ -92,15 +92,20 @@ impl Pair {
         if images.is_empty() { self.clone() } else { self.replaced(pool, &images) }
     }
 
-    /// With entries that are equal or opposite brought to one form.
+    /// With roots of sums that are multiples of each other as multiples of one of them.
+    pub(super) fn with_like_roots(&self, pool: &mut Algebra<'_>) -> Self {
+        let images = proportional_radicands(pool, &self.values());
+        if images.is_empty() {
+            return self.clone();
+        }
+        self.changed(pool, |pool, values| pool.replaced(values, &images))
+    }
+
+    /// With entries that are equal or opposite brought to one form, and without those that vanish.
     ///
     /// Candidates are those that agree at a random point modulo a prime.
     pub(super) fn canonical(&self, pool: &mut Algebra<'_>) -> Self {
-        let images = proportional_radicands(pool, &self.values());
-        let own = match images.is_empty() {
-            true => self.clone(),
-            false => self.changed(pool, |pool, values| pool.replaced(values, &images)),
-        };
+        let own = self.with_like_roots(pool);
         let values = own.values();
         let seed = 1;
         let random = |symbol| ModularPoint::random_value(seed, symbol);
@@ -108,6 +113,10 @@ impl Pair {
         let mut first: HashMap<u64, ExprId> = HashMap::new();
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         for (value, residue) in values.into_iter().zip(residues) {
+            if residue == 0 && pool.vanishes(value) {
+                images.insert(value, pool.zero());
+                continue;
+            }
             if let Some(same) = first.get(&residue).copied()
                 && pool.agree(value, same)
             {
@@ -164,29 +173,34 @@ impl Pair {
         Self { mass: of(&self.mass), stiffness: of(&self.stiffness) }
     }
 
-    /// BᵀMB and BᵀKB for the columns of B, each entry in its shortest form.
+    /// BᵀMB and BᵀKB for columns of B of whole numbers, each entry in its shortest form.
     pub(super) fn projected(&self, pool: &mut Algebra<'_>, basis: &[Sparse]) -> Self {
+        let column = |own: &Sparse| own.iter().map(|(i, factor)| (*i, pool.number(Number::from(*factor)))).collect();
+        let basis: Vec<Vec<(usize, ExprId)>> = basis.iter().map(column).collect();
+        self.in_basis(pool, &basis)
+    }
+
+    /// The same for columns of expressions.
+    pub(super) fn in_basis(&self, pool: &mut Algebra<'_>, basis: &[Vec<(usize, ExprId)>]) -> Self {
         let mut of = |rows: &[Row]| -> Vec<Row> {
             let mut out = vec![Row::new(); basis.len()];
             for (a, left) in basis.iter().enumerate() {
                 // The row leftᵀ times the matrix.
-                let mut row: BTreeMap<usize, Vec<(ExprId, Number)>> = BTreeMap::new();
+                let mut row: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
                 for (i, factor) in left {
                     for (j, value) in &rows[*i] {
-                        row.entry(*j).or_default().push((*value, Number::from(*factor)));
+                        row.entry(*j).or_default().push(pool.mul(*value, *factor));
                     }
                 }
                 for (b, right) in basis.iter().enumerate().skip(a) {
-                    let mut parts: Vec<(ExprId, Number)> = Vec::new();
+                    let mut parts: Vec<ExprId> = Vec::new();
                     for (j, factor) in right {
-                        for (value, own) in row.get(j).into_iter().flatten() {
-                            parts.push((*value, own.mul(&Number::from(*factor))));
-                        }
+                        parts.extend(row.get(j).into_iter().flatten().map(|value| pool.mul(*value, *factor)));
                     }
                     if parts.is_empty() {
                         continue;
                     }
-                    let sum = pool.short(|pool| pool.linear(&parts));
+                    let sum = pool.short(|pool| pool.sum(&parts));
                     if !sum.is_zero() {
                         out[a].insert(b, sum);
                         out[b].insert(a, sum);
@@ -216,9 +230,11 @@ impl Pair {
     }
 }
 
-/// Sums below roots that are others times a number once they are multiplied out, which are taken in their place.
-fn proportional_radicands(pool: &mut Pool, all: &[ExprId]) -> HashMap<ExprId, ExprId> {
+/// Sums below roots that are others times a number once they are multiplied out; the shortest is taken in place of all.
+fn proportional_radicands(pool: &mut Algebra<'_>, all: &[ExprId]) -> HashMap<ExprId, ExprId> {
     let sums = bases_with(pool, all, |base, exponent| !exponent.is_integer() && pool.is_sum(base));
+    let mut sums: Vec<ExprId> = sums.into_iter().collect();
+    sums.order_by_key(|sum| pool.weight(*sum));
     let mut first: HashMap<Vec<(Monomial, Number)>, (ExprId, Number)> = HashMap::new();
     let mut images = HashMap::new();
     for sum in sums {

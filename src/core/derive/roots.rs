@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::cubic::{Solved, solve};
+use super::cubic::{MOST_ON_PAGE, Solved, solve};
 use super::pair::Pair;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
@@ -22,6 +22,8 @@ use crate::precision::Function;
 
 /// Determinants of larger blocks are not written out.
 pub(super) const MOST_COORDINATES: usize = 5;
+/// Nor those of more symbols in all entries: no model has any of more than 400 that fits on a page.
+const MOST_IN_ENTRIES: u64 = 1000;
 /// Two zeros of more symbols together may get names.
 const MOST_FOR_TWO: u64 = 140;
 /// Square roots of polynomials with more terms are not searched for.
@@ -66,7 +68,7 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>) 
         let quotient = pool.polished(quotient);
         return Roots::of(vec![best_to_read(pool, quotient)]);
     }
-    if block.len() > MOST_COORDINATES {
+    if block.len() > MOST_COORDINATES || pool.weight_of(&block.values()) > MOST_IN_ENTRIES {
         return Roots::default();
     }
     let (coupling, _) = block.at(pool, 0, 1);
@@ -102,7 +104,9 @@ pub(super) fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, coefficien
         return named(pool, request, coefficients, zeros);
     }
     if degree > request.most {
-        return Roots { unsolved: Some(degree).filter(|degree| *degree <= 4), ..Roots::default() };
+        // Formulas are longer than what they are made from.
+        let is_short = degree <= 4 && pool.weight_of(coefficients) <= MOST_ON_PAGE;
+        return Roots { unsolved: is_short.then_some(degree), ..Roots::default() };
     }
     let sums = sums_of_products(pool, coefficients);
     let solved = solve(pool, request, &sums);
