@@ -45,6 +45,10 @@ impl Notation {
     /// The formula of an expression in the model language; `None` if the text is none.
     #[must_use]
     pub fn read(&self, text: &str) -> Option<Formula> {
+        // Most entries of matrices are 0.
+        if !text.is_empty() && text.bytes().all(|own| own.is_ascii_digit()) {
+            return Some(number(text));
+        }
         let file = parse(&format!("V = {text}\n")).ok()?;
         let [statement] = file.statements.as_slice() else { return None };
         if let StatementKind::Potential(at) = statement.kind { Some(self.formula(&file, at)) } else { None }
