@@ -9,7 +9,7 @@ use super::lattice::{Angles, Dimension, Ends, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, Roots, of_factor, roots};
 use super::shapes::{Shape, shapes};
-use super::simplify::{Algebra, split};
+use super::simplify::{A_STOREY, Algebra, split};
 use crate::expr::{ExprId, Node};
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
@@ -224,8 +224,7 @@ impl Search<'_> {
         let mut values = Vec::new();
         for value in solution.zeros {
             let is_solved = solution.solved.iter().any(|solved| solved.frequencies.contains(&value));
-            let value = if is_solved { value } else { pool.polished(value) };
-            let value = if is_solved { value } else { opened(pool, value) };
+            let value = if is_solved { value } else { readable(pool, value) };
             if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
                 self.found.add(value, times, class.cloned());
                 values.push(value);
@@ -299,6 +298,15 @@ fn units(coordinates: &[usize]) -> Vec<Sparse> {
     coordinates.iter().map(|i| vec![(*i, 1)]).collect()
 }
 
+/// The polished form, unless that piles up fractions.
+fn readable(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+    let polished = pool.polished(e);
+    let opened = opened(pool, polished);
+    let mut cost = |e: ExprId| pool.cost(&[e]) + A_STOREY * pool.piled_up(e);
+    let is_longer = cost(e) < cost(opened);
+    if is_longer && pool.piled_up(opened) > 0 { e } else { opened }
+}
+
 /// A product with a sum that has fractions in it, as the sum of the products: `g/l + k/m` and not
 /// `(g + k*l/m)/l`.
 fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
@@ -323,7 +331,11 @@ fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
         let product = pool.product_of_powers(&product);
         sum.push((pool.simplify(product), coefficient.mul(&size)));
     }
-    pool.linear(&sum)
+    let sum = pool.linear(&sum);
+    // k (1/m + 1/M) has no bar of its own.
+    let is_plain = pool.fractions_in_sums(&[factors[*at].0]) == 1;
+    let is_bare = is_plain && factors.iter().all(|(_, exponent)| !exponent.is_negative());
+    if is_bare && pool.cost(&[e]) < pool.cost(&[sum]) { e } else { sum }
 }
 
 impl Lattice {

@@ -20,7 +20,7 @@ const MOST_MONOMIALS: usize = 2000;
 const MOST_NESTED: u32 = 8;
 
 /// A fraction within a sum is as hard to read as so many symbols.
-const A_STOREY: u64 = 4;
+pub(super) const A_STOREY: u64 = 4;
 
 /// Powers of bases in ascending order, without repetition.
 pub(super) type Monomial = Vec<(ExprId, Number)>;
@@ -262,12 +262,24 @@ impl<'a> Algebra<'a> {
         self.weights.of(self.pool, e)
     }
 
+    fn is_fraction(&self, e: ExprId) -> bool {
+        self.pool.factors(e).iter().any(|(_, exponent)| exponent.is_negative())
+    }
+
+    fn has_fractions_for_terms(&self, e: ExprId) -> bool {
+        self.pool.is_sum(e) && self.pool.terms(e).iter().any(|own| self.is_fraction(own.0))
+    }
+
     /// How many sums have fractions for terms.
     pub(super) fn fractions_in_sums(&self, all: &[ExprId]) -> u64 {
-        let is_fraction = |e: ExprId| self.pool.factors(e).iter().any(|(_, exponent)| exponent.is_negative());
-        let all = self.pool.reachable(all).into_iter();
-        all.filter(|id| self.pool.is_sum(*id) && self.pool.terms(*id).iter().any(|own| is_fraction(own.0))).count()
-            as u64
+        self.pool.reachable(all).into_iter().filter(|id| self.has_fractions_for_terms(*id)).count() as u64
+    }
+
+    /// How many sums of fractions stand above or below a bar.
+    pub(super) fn piled_up(&self, e: ExprId) -> u64 {
+        let fractions = self.pool.reachable(&[e]).into_iter().filter(|id| self.is_fraction(*id));
+        let factors = fractions.flat_map(|id| self.pool.factors(id));
+        factors.filter(|own| self.has_fractions_for_terms(own.0)).count() as u64
     }
 
     /// How hard expressions are to read.
