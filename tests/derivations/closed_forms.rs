@@ -182,6 +182,32 @@ fn rings_of_bodies_have_closed_forms_by_their_point_group() {
     assert!(both[0].sub(&both[1]).contains_zero(), "{turning}");
 }
 
+/// A planar molecule of four with central forces, as BF3.
+#[test]
+fn fractions_are_not_piled_up_about_roots() {
+    let text = "param M = 11, m = 19, a = 13/10, k = 8, q = 1
+        coord b[1..2], f[1..3, 1..2]
+        equilibrium b = [0, 0]
+        equilibrium f[i in 1..3] = a*[cos(2*pi*i/3), sin(2*pi*i/3)]
+        T = 1/2*M*dot(b', b') + sum(i in 1..3, 1/2*m*dot(f[i]', f[i]'))
+        V = sum(i in 1..3, 1/2*k*(norm(f[i] - b) - a)^2)
+            + sum(i in 1..3, j in i+1..3, 1/2*q*(norm(f[i] - f[j]) - sqrt(3)*a)^2)";
+    let json = frequencies(&model_in(text, Path::new("."), &[]));
+    let all = json["frequencies"].as_array().unwrap();
+    let pair: Vec<&str> =
+        all.iter().filter(|own| own["symmetry"] == "E").map(|own| own["omega_squared"].as_str().unwrap()).collect();
+    let sum = "3*m*k + 3*M*q + 2*M*k";
+    let root = "sqrt(9*(M*q - m*k)^2 + 4*M*k^2*(M + 3*m))";
+    assert_eq!(pair, ["-", "+"].map(|sign| format!("1/4*({sum} {sign} {root})/(M*m)")));
+    // In-plane vibrations of a triangle about its centre: λ₊ + λ₋ and λ₊ λ₋.
+    let [low, high] = [pair[0], pair[1]];
+    let wanted = ["k*(3/(2*M) + 1/m) + 3*q/(2*m)", "3*k*q*(M + 3*m)/(4*M*m^2)"];
+    let checks = [format!("{low} + {high} - ({})", wanted[0]), format!("({low})*({high}) - {}", wanted[1])];
+    for off in values(text, Path::new("."), &["k=17/3"], &checks) {
+        assert!(off.contains_zero(), "{off:?}");
+    }
+}
+
 #[test]
 fn parameters_without_values_are_drawn() {
     let text = "param k  param m  coord x, y

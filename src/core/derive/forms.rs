@@ -8,8 +8,8 @@ use super::frequencies::{Block, Case, Frequency, Series};
 use super::lattice::{Angles, Dimension, Ends, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, Roots, of_factor, roots};
-use super::shapes::{Shape, shapes};
-use super::simplify::{A_STOREY, Algebra, split};
+use super::shapes::{Shape, one_fraction, shapes};
+use super::simplify::{A_STOREY, Algebra, bases_with, split};
 use crate::expr::{ExprId, Node};
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
@@ -298,13 +298,17 @@ fn units(coordinates: &[usize]) -> Vec<Sparse> {
     coordinates.iter().map(|i| vec![(*i, 1)]).collect()
 }
 
-/// The polished form, unless that piles up fractions.
+/// The polished form; (a ∓ √b)/c where that piles up fractions about a root.
 fn readable(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     let polished = pool.polished(e);
     let opened = opened(pool, polished);
-    let mut cost = |e: ExprId| pool.cost(&[e]) + A_STOREY * pool.piled_up(e);
-    let is_longer = cost(e) < cost(opened);
-    if is_longer && pool.piled_up(opened) > 0 { e } else { opened }
+    let has_roots = !bases_with(pool, &[opened], |_, exponent| !exponent.is_integer()).is_empty();
+    if !has_roots || pool.piled_up(opened) == 0 {
+        return opened;
+    }
+    let flat = one_fraction(pool, opened);
+    let best = [opened, flat, e].into_iter().min_by_key(|e| pool.cost(&[*e]) + A_STOREY * pool.piled_up(*e));
+    best.unwrap_or(opened)
 }
 
 /// A product with a sum that has fractions in it, as the sum of the products: `g/l + k/m` and not
