@@ -14,7 +14,7 @@ use librate::period::{self, Oscillator, Request as PeriodRequest};
 use librate::report::{self, Remarks, Style, SweepColumns, SweepCsv, SweepRow, SweepView};
 use librate::response::{self, Peaks, ResponseError, Value};
 use librate::sweep::{Place, Sweep};
-use librate::tracking::{self, Tracked};
+use librate::{Error, tracking};
 use pyo3::prelude::*;
 
 use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
@@ -57,14 +57,22 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         let threads = positive("threads", args.threads)?;
         let name = range.name().to_owned();
         let sweep = Sweep::new(job.made_from(), range, options);
-        let places = in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
-        complain(job, &name, &places)?;
+        let count = sweep.range().len();
         if args.svg {
-            let mut places = places.into_iter().map(Tracked::of).collect();
+            let all: Vec<usize> = (0..count).collect();
+            let blocks = sweep.blocks(&all);
+            let worker = || {
+                let (mut worker, blocks) = (sweep.worker(), &blocks);
+                move |block: usize| worker.tracked(blocks[block])
+            };
+            let mut places = in_parallel(job, threads, blocks.len(), worker)?.concat();
+            complain(job, &name, count, places.iter().map(|own| (own.value, own.modes.as_ref().err())))?;
             let branches = tracking::branches(&sweep, &mut places);
             let view = SweepView::new(args.orders.clone(), args.root_locus);
             return Ok(Written::drawn(report::sweep_svg(&sweep, &places, &branches, &view)));
         }
+        let places = in_parallel(job, threads, count, || |at: usize| sweep.place_with_uncertainties(at))?;
+        complain(job, &name, count, places.iter().map(|own| (own.value, own.result.as_ref().err())))?;
         let json: Vec<String> = places.iter().map(|place| report::sweep_json(&name, place, sweep.options())).collect();
         let row = |place: &Place| match &place.result {
             Ok((_, modes)) => SweepRow::new(place.value, modes, sweep.options().digits),
@@ -88,13 +96,18 @@ fn table(name: &str, rows: &[SweepRow]) -> String {
 }
 
 /// Says why places have no modes, each reason once; an error where none has.
-fn complain(job: &mut Job, name: &str, places: &[Place]) -> Result<(), Failure> {
+fn complain<'e>(
+    job: &mut Job,
+    name: &str,
+    count: usize,
+    places: impl Iterator<Item = (f64, Option<&'e Error>)>,
+) -> Result<(), Failure> {
     let mut remarks = Remarks::new(name);
-    let failed = places.iter().filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
-    failed.clone().for_each(|(value, error)| remarks.add(value, error.diagnostics()));
+    let failed: Vec<(f64, &Error)> = places.filter_map(|(value, error)| Some((value, error?))).collect();
+    failed.iter().for_each(|(value, error)| remarks.add(*value, error.diagnostics()));
     job.warnings.extend(remarks.all);
-    match failed.clone().next() {
-        Some((_, error)) if failed.count() == places.len() => Err(Failure(error.diagnostics())),
+    match failed.first() {
+        Some((_, error)) if failed.len() == count => Err(Failure(error.diagnostics())),
         _ => Ok(()),
     }
 }

@@ -19,8 +19,6 @@ use super::{Answer, Failure, args, fault, parsed, range, wrong_request};
 const HELD: usize = 1000;
 /// Longer ones, parts, and what is resumed have those that so many values over the whole range need.
 const SAMPLES: usize = 9;
-/// So many values are solved together where the model is derived once.
-const BLOCK: usize = 64;
 
 /// More parts than a range has values are no use.
 const MOST_PARTS: u32 = 1_000_000;
@@ -98,11 +96,6 @@ impl Line {
     }
 }
 
-/// Places that are solved together.
-fn blocks<'a>(sweep: &Sweep, places: &'a [usize]) -> Vec<&'a [usize]> {
-    places.chunks(if sweep.derived().is_some() { BLOCK } else { 1 }).collect()
-}
-
 /// The lines of some values, block by block.
 fn lines(
     args: &args::Sweep,
@@ -110,7 +103,7 @@ fn lines(
     places: &[usize],
     mut each: impl FnMut(&[usize], Vec<Line>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let blocks = blocks(sweep, places);
+    let blocks = sweep.blocks(places);
     let mut done = blocks.iter();
     let worker = || {
         let mut worker = sweep.worker();
@@ -130,7 +123,7 @@ impl Run<'_> {
             return Err(wrong_request(format!("{count} values are too many for a picture"), &help));
         }
         let places: Vec<usize> = (0..count).collect();
-        let blocks = blocks(sweep, &places);
+        let blocks = sweep.blocks(&places);
         let worker = || {
             let (mut worker, blocks) = (sweep.worker(), &blocks);
             move |block: usize| worker.tracked(blocks[block])

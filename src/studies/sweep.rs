@@ -23,6 +23,8 @@ use librate_core::precision::{Ball, Scalar};
 const FEW: usize = 16;
 /// ... nor for larger models.
 const MOST_COORDINATES: usize = 40;
+/// So many places are solved together then.
+const BLOCK: usize = 64;
 
 /// The model at one place of a range.
 #[derive(Clone, Debug)]
@@ -184,6 +186,12 @@ impl Sweep {
         let options = if self.options.vectors { options } else { options.without_vectors().without_matrices() };
         let study = Study::with_options(first, &[self.range.name()], options).ok()?;
         study.is_at_rest().then_some(Derived { study, from, to, ends })
+    }
+
+    /// Places that are best solved together.
+    #[must_use]
+    pub fn blocks<'p>(&self, places: &'p [usize]) -> Vec<&'p [usize]> {
+        places.chunks(if self.derived.is_some() { BLOCK } else { 1 }).collect()
     }
 
     /// For one thread.
