@@ -150,7 +150,7 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
 fn cycles(turn: &SignedPermutation, length: usize, coordinates: &[usize]) -> Vec<Vec<usize>> {
     let mut cycles: Vec<Vec<usize>> = Vec::new();
     for start in coordinates {
-        if !cycles.concat().contains(start) {
+        if !cycles.iter().flatten().any(|known| known == start) {
             cycles.push(std::iter::successors(Some(*start), |i| Some(turn.of(*i).0)).take(length).collect());
         }
     }
