@@ -51,8 +51,11 @@ fn tokens_are_counted_as_a_reader_counts_them() {
     assert_eq!(tokens("[[a, 0], [0, b1]]"), 13);
 }
 
+/// Adds what a book has to what is expected.
+type Expect = fn(Expected, &[&str]) -> Expected;
+
 /// What a line begins with, the field of the JSON with the same, and where it is expected.
-const LINES: [(&str, &str, fn(Expected, &[&str]) -> Expected); 10] = [
+const LINES: [(&str, &str, Expect); 10] = [
     ("M = ", "mass", |own, all| own.mass(all[0])),
     ("K = ", "stiffness", |own, all| own.stiffness(all[0])),
     ("G = ", "gyroscopic", |own, all| own.gyroscopic(all[0])),

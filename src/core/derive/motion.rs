@@ -215,14 +215,22 @@ impl MotionSum {
         let is_displaced = |(own, _): &(Motion, u32)| matches!(own, Motion::Displacement(_) | Motion::Normal(_));
         let constant = self.terms.iter().any(|term| term.motion.iter().any(is_displaced));
         let mut count = 0;
+        let texts = |terms: &[MotionTerm]| -> Vec<(bool, String)> {
+            let chunks = terms.chunk_by(MotionTerm::goes_with);
+            chunks.map(|own| MotionTerm::text(own, pool, name, constant)).collect()
+        };
         // The kinetic energy.
         let (kinetic, others) =
             self.terms.split_at(self.terms.iter().take_while(|own| own.is_of_two_velocities()).count());
-        let whole = if self.factor == Factor::One { factored(kinetic, pool, name) } else { None };
-        let kinetic = if whole.is_some() { &[] } else { kinetic };
-        let chunks = kinetic.chunk_by(MotionTerm::goes_with).chain(others.chunk_by(MotionTerm::goes_with));
-        let terms = chunks.map(|own| MotionTerm::text(own, pool, name, constant));
-        for (negative, text) in powers.chain(whole.map(|text| (false, text))).chain(terms) {
+        let mut terms = texts(kinetic);
+        if self.factor == Factor::One
+            && let Some(whole) = factored(kinetic, pool, name)
+            && whole.len() < terms.iter().map(|(_, text)| text.len() + " + ".len()).sum::<usize>() - " + ".len()
+        {
+            terms = vec![(false, whole)];
+        }
+        terms.extend(texts(others));
+        for (negative, text) in powers.chain(terms) {
             count += 1;
             append(&mut out, negative, &text);
         }
@@ -370,13 +378,15 @@ fn around(factor: Option<String>, motion: &str, functions: Option<String>, above
     multiplied(factor, &motion, above)
 }
 
-/// Whether what stands in front of what moves begins with a minus sign; before momenta it does not take that up itself.
+/// Whether what stands in front of what moves begins with a minus sign; before two momenta it does not take that up.
 fn reads_negative(pool: &Pool, term: &MotionTerm) -> bool {
     if let Some(value) = pool.as_number(term.coefficient) {
         return value.is_negative() && !term.motion.is_empty();
     }
     let is_negative = pool.terms(term.coefficient).iter().all(|(_, coefficient)| coefficient.is_negative());
-    is_negative && !term.motion.is_empty() && (term.has_momenta() || pool.display(term.coefficient).starts_with('-'))
+    is_negative
+        && !term.motion.is_empty()
+        && (term.has_momenta() && term.motion.len() > 1 || pool.display(term.coefficient).starts_with('-'))
 }
 
 /// An expression as the first factor of a product; nothing for 1.
