@@ -1,5 +1,5 @@
-//! M and K as `derive` prints them beside the same as a book has them (tests/reference/book_forms.txt): equal,
-//! and not longer by more than a tenth; and formulas as a physicist would leave them.
+//! What `derive` prints beside the same as a book has it (tests/reference/book_forms.txt): equal, and not longer by
+//! more than a tenth; and formulas as a physicist would leave them.
 #![cfg(feature = "engine")]
 #![allow(
     clippy::unwrap_used,
@@ -9,6 +9,8 @@
     reason = "tests stop at the first surprise"
 )]
 
+use std::collections::BTreeMap;
+
 use crate::common;
 
 use common::{load, model};
@@ -16,16 +18,17 @@ use librate::derive::{Derivation, Parts, derive};
 use librate::expect::Expected;
 use librate::expr::{ExprId, ZeroVerdict};
 use librate::number::Number;
-use librate::report::{Style, derive_text};
+use librate::report::{Style, derive_json, derive_text};
 use librate_core::derive::greater_and_less;
+use serde_json::Value;
 
 /// A printed form may have a tenth more tokens than the book's.
 const MOST: f64 = 1.1;
 
-/// Names with their indices, numbers, and signs one by one.
+/// Names with their indices, numbers, and signs one by one, without ` = 0`: a book may have terms on both sides.
 fn tokens(text: &str) -> usize {
     let mut count = 0;
-    let mut rest = text.trim_start();
+    let mut rest = text.trim_end_matches(" = 0").trim_start();
     while let Some(first) = rest.chars().next() {
         let word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
         let mut end = first.len_utf8();
@@ -48,42 +51,82 @@ fn tokens_are_counted_as_a_reader_counts_them() {
     assert_eq!(tokens("[[a, 0], [0, b1]]"), 13);
 }
 
+/// Adds what a book has to what is expected.
+type Expect = fn(Expected, &[&str]) -> Expected;
+
+/// What a line begins with, the field of the JSON with the same, and where it is expected.
+const LINES: [(&str, &str, Expect); 10] = [
+    ("M = ", "mass", |own, all| own.mass(all[0])),
+    ("K = ", "stiffness", |own, all| own.stiffness(all[0])),
+    ("G = ", "gyroscopic", |own, all| own.gyroscopic(all[0])),
+    ("C = ", "damping", |own, all| own.damping(all[0])),
+    ("E: ", "equations", |own, all| own.equations(all)),
+    ("small: ", "linearized_equations", |own, all| own.linearized(all)),
+    ("q0 = ", "equilibrium", |own, all| own.equilibrium(all)),
+    ("h = ", "energy_function", |own, all| own.energy_function(all[0])),
+    ("H = ", "hamiltonian", |own, all| own.hamiltonian(all[0])),
+    ("omega^2 = ", "frequencies", |own, all| own.frequencies(all)),
+];
+
+/// The forms in one field of the JSON, each as text; those of the frequencies by length, since they have no order.
+fn printed(json: &Value, field: &str) -> Vec<String> {
+    let text = |value: &Value| value.to_string().replace('"', "");
+    let mut all: Vec<String> = match (&json[field], field) {
+        (Value::Array(all), "frequencies") => all.iter().map(|own| text(&own["omega_squared"])).collect(),
+        (Value::Array(all), "equations" | "linearized_equations" | "equilibrium") => all.iter().map(text).collect(),
+        (own, _) => vec![text(own)],
+    };
+    if field == "frequencies" {
+        all.sort_by_key(|text| tokens(text));
+    }
+    all
+}
+
 #[test]
-fn matrices_are_the_books_and_as_short() {
+fn pages_are_the_books_and_as_short() {
     let file = std::fs::read_to_string("tests/reference/book_forms.txt").unwrap();
-    let mut long = Vec::new();
-    let (mut ours, mut books, mut checked) = (0, 0, 0);
+    let mut wrong = Vec::new();
+    let (mut ours, mut books, mut pages, mut checked) = (0, 0, 0, BTreeMap::new());
     for entry in file.split("\n\n").skip(1) {
-        let mut lines = entry.lines();
+        let mut lines = entry.lines().filter(|line| !line.starts_with('#'));
         let name = lines.next().unwrap();
-        let form = |line: Option<&str>, letter| line.unwrap().strip_prefix(letter).unwrap().to_owned();
-        let mass = form(lines.next(), "M = ");
-        let stiffness = form(lines.next(), "K = ");
-        let model = load(format!("models/{name}.lag").as_ref());
-        let derivation = derive(&model, &Parts::default()).unwrap();
-        let expected = Expected::new().mass(&mass).stiffness(&stiffness);
-        if let Err(mismatches) = expected.compare(&derivation) {
-            panic!("{name}: {mismatches}");
-        }
-        let linear = derivation.linear.as_ref().unwrap();
-        for (letter, own, book) in [("M", &linear.mass, mass), ("K", &linear.stiffness, stiffness)] {
-            let rows = own.iter().map(|row| {
-                let row: Vec<String> = row.iter().map(|e| derivation.pool.display(*e)).collect();
-                format!("[{}]", row.join(", "))
-            });
-            let own = format!("[{}]", rows.collect::<Vec<_>>().join(", "));
-            let counts = [tokens(&own), tokens(&book)];
-            ours += counts[0];
-            books += counts[1];
-            checked += 1;
-            if counts[0] as f64 > MOST * counts[1] as f64 {
-                long.push(format!("{name}, {letter}: {counts:?}\n  {own}\n  {book}"));
+        let (forms, text): (Vec<&str>, Vec<&str>) =
+            lines.partition(|line| LINES.iter().any(|(start, ..)| line.starts_with(start)));
+        let model = if text.is_empty() { load(format!("models/{name}.lag").as_ref()) } else { model(&text.join("\n")) };
+        let only_matrices = forms.iter().all(|line| line.starts_with("M = ") || line.starts_with("K = "));
+        let derivation = derive(&model, &if only_matrices { Parts::default() } else { Parts::all() }).unwrap();
+        let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
+        pages += 1;
+        for (start, field, expect) in LINES {
+            let mut book: Vec<&str> = forms.iter().filter_map(|line| line.strip_prefix(start)).collect();
+            if book.is_empty() {
+                continue;
+            }
+            if let Err(mismatches) = expect(Expected::new(), &book).compare(&derivation) {
+                wrong.push(format!("{name}: {mismatches}"));
+                continue;
+            }
+            if field == "frequencies" {
+                book.dedup();
+                book.sort_by_key(|text| tokens(text));
+            }
+            for (own, book) in printed(&json, field).iter().zip(&book) {
+                let counts = [tokens(own), tokens(book)];
+                ours += counts[0];
+                books += counts[1];
+                *checked.entry(field).or_insert(0) += 1;
+                if counts[0] as f64 > MOST * counts[1] as f64 {
+                    wrong.push(format!("{name}, {field}: {counts:?}\n  {own}\n  {book}"));
+                }
             }
         }
     }
-    println!("{ours} tokens in {checked} matrices, in the books {books}");
-    assert!(checked > 80, "{checked}");
-    assert!(long.is_empty(), "{}", long.join("\n"));
+    println!("{ours} tokens on {pages} pages, in the books {books}: {checked:?}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let closed = ["equilibrium", "energy_function", "hamiltonian", "frequencies"];
+    let [closed, equations] = [&closed[..], &["equations", "linearized_equations"]]
+        .map(|fields| fields.iter().filter_map(|field| checked.get(field)).sum::<usize>());
+    assert!(pages >= 150 && equations >= 100 && closed >= 60, "{pages} pages, {checked:?}");
 }
 
 /// The page of a model without values, in the model language.

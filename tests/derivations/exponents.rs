@@ -417,7 +417,7 @@ fn factors_of_characteristic_polynomials_are_found() {
     let [_, own, conditions] = told(turned);
     assert_eq!(
         own[..3],
-        ["1: 0 + i*(sqrt(k))", "1: 0 + i*(-sqrt(k))", "1: 0 + i*(1/2*sqrt(4*k + 3*B^2) - 1/2*sqrt(3)*B)"]
+        ["1: 0 + i*(sqrt(k))", "1: 0 + i*(-sqrt(k))", "1: 0 + i*(1/2*(sqrt(4*k + 3*B^2) - sqrt(3)*B))"]
     );
     assert_eq!((own.len(), conditions), (6, vec!["k".to_owned()]));
     let ring = "param k, g  coord y[1..4]

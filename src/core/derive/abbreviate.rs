@@ -155,10 +155,10 @@ impl Derivation {
     /// What has names.
     fn for_each_on_page(&mut self, visit: &mut dyn FnMut(&mut ExprId)) {
         let mut in_sum = |sum: &mut MotionSum| {
-            let squares = sum.squares.iter_mut().flat_map(|(factor, sum)| {
+            let powers = sum.powers.iter_mut().flat_map(|(factor, sum, _)| {
                 std::iter::once(factor).chain(sum.terms.iter_mut().map(|term| &mut term.coefficient))
             });
-            squares.chain(sum.terms.iter_mut().map(|term| &mut term.coefficient)).for_each(&mut *visit);
+            powers.chain(sum.terms.iter_mut().map(|term| &mut term.coefficient)).for_each(&mut *visit);
         };
         let [equations, momenta, hamiltonian] =
             ["equations", "momenta", "hamiltonian"].map(|chapter| self.shows(chapter));

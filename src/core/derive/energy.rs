@@ -6,7 +6,7 @@ use super::equations::{both_ways, velocities};
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::shapes::determinant;
-use super::simplify::Algebra;
+use super::simplify::{Algebra, common_factor, written};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::groups::connected;
 use crate::number::Number;
@@ -14,6 +14,8 @@ use crate::order::Gather;
 
 /// Squares of sums of momenta with more symbols help nobody.
 const MOST_IN_SQUARES: u64 = 300;
+/// More symbols above a fraction bar do not fit on a line.
+const MOST_ABOVE_BAR: u64 = 36;
 
 /// The generalized momenta p_i = dL/dq_i', one a coordinate.
 pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Vec<MotionSum> {
@@ -62,13 +64,13 @@ pub(super) fn energy_function(pool: &mut Algebra<'_>, variables: &Variables, lag
 /// velocities, where A is singular or couples three coordinates, and where it would be too long.
 ///
 /// A = L D Lᵀ makes squares of sums of momenta of it, one for each coordinate; of two coordinates A⁻¹ is written out instead where
-/// that is not much longer.
+/// that is not much longer, over one fraction bar where that is shorter.
 pub(super) fn hamiltonian(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Option<MotionSum> {
     if !lagrangian.other.is_empty() {
         return None;
     }
     let inertia = &lagrangian.inertia;
-    let (mut terms, mut squares) = (Vec::new(), Vec::new());
+    let (mut terms, mut powers) = (Vec::new(), Vec::new());
     for part in connected(variables.coordinates.len(), |i, j| inertia.contains_key(&(i.min(j), i.max(j)))) {
         if part.len() > 2 {
             return None;
@@ -79,24 +81,25 @@ pub(super) fn hamiltonian(pool: &mut Algebra<'_>, variables: &Variables, lagrang
         let expanded =
             if let ([i, j], true) = (part.as_slice(), plain) { inverse(pool, [*i, *j], lagrangian) } else { None };
         match expanded {
-            Some(own) if own.iter().map(|term| pool.weight(term.coefficient) + 3).sum::<u64>() <= 2 * weight => {
-                terms.extend(own);
-            }
+            Some(own) if own.weight <= 2 * weight => match own.over_bar {
+                Some(over_bar) => powers.push(over_bar),
+                None => terms.extend(own.terms),
+            },
             _ if part.len() > 1 && weight > MOST_IN_SQUARES => return None,
-            _ => squares.extend(found),
+            _ => powers.extend(found.into_iter().map(|(factor, sum)| (factor, sum, 2))),
         }
     }
     terms.push(MotionTerm::new(without_velocities(pool, variables, lagrangian), &[]));
     // The square of a momentum is a term.
     let one = pool.one();
-    squares.retain(|(factor, sum)| match sum.terms.as_slice() {
-        [only] if only.coefficient == one && only.motion.len() == 1 => {
+    powers.retain(|(factor, sum, power)| match sum.terms.as_slice() {
+        [only] if *power == 2 && only.coefficient == one && only.motion.len() == 1 => {
             terms.push(MotionTerm::new(*factor, &[(only.motion[0].0, 2)]));
             false
         }
         _ => true,
     });
-    Some(MotionSum { squares, ..MotionSum::new(pool, terms) })
+    Some(MotionSum { powers, ..MotionSum::new(pool, terms) })
 }
 
 /// 1/(2 d) and p - b for each row of L⁻¹ (p - b), the pivots d of the part in the order of their lengths.
@@ -142,23 +145,48 @@ fn squared(pool: &mut Algebra<'_>, part: &[usize], lagrangian: &Lagrangian) -> O
     Some(found)
 }
 
-/// The terms of 1/2 pᵀ A⁻¹ p for two coordinates.
-fn inverse(pool: &mut Algebra<'_>, [i, j]: [usize; 2], lagrangian: &Lagrangian) -> Option<Vec<MotionTerm>> {
+/// 1/2 pᵀ A⁻¹ p for two coordinates.
+struct Inverse {
+    /// How many symbols it takes to write the terms, roughly.
+    weight: u64,
+    /// Each with its own fraction bar.
+    terms: Vec<MotionTerm>,
+    /// All over one, where that is shorter.
+    over_bar: Option<(ExprId, MotionSum, u32)>,
+}
+
+fn inverse(pool: &mut Algebra<'_>, [i, j]: [usize; 2], lagrangian: &Lagrangian) -> Option<Inverse> {
     let [a, b, c] = [(i, i), (i, j), (j, j)].map(|at| lagrangian.inertia.get(&at).copied());
     let (a, b, c) = (a?, b?, c?);
     let determinant = pool.short(|pool| determinant(pool, &[vec![a, b], vec![b, c]]));
     if pool.is_zero(determinant) != ZeroVerdict::NonZero {
         return None;
     }
-    let opposite = pool.neg(b);
     let [p, q] = [i, j].map(Motion::Momentum);
-    let own = [(c, true, vec![(p, 2)]), (opposite, false, vec![(p, 1), (q, 1)]), (a, true, vec![(q, 2)])];
-    let terms = own.into_iter().map(|(value, half, motion)| {
-        let value = pool.div(value, determinant);
-        let value = if half { pool.scale(value, &Number::half()) } else { value };
-        MotionTerm::new(pool.simplify(value), &motion)
+    let motions = [vec![(p, 2)], vec![(p, 1), (q, 1)], vec![(q, 2)]];
+    // What all three have in common goes below the bar.
+    let entries = [(c, 1), (b, -2), (a, 1)].map(|(e, by)| (pool.split_content(e), by));
+    let number = entries.iter().fold(Number::ZERO, |all, ((number, _), by)| all.gcd(&number.mul(&Number::from(*by))));
+    let common = common_factor(&entries.each_ref().map(|((_, core), _)| (pool.factors(*core), Number::ONE)));
+    let divisor = written(pool, [(&common, &number)]);
+    let bar = pool.short(|pool| {
+        let both = pool.scale(determinant, &Number::from(2));
+        pool.div(both, divisor)
     });
-    Some(terms.collect())
+    let factor = pool.powi(bar, -1);
+    let (mut terms, mut above) = (Vec::new(), Vec::new());
+    for (((number, core), by), motion) in entries.into_iter().zip(motions) {
+        let value = pool.scale(core, &number.mul(&Number::from(by)));
+        above.push(MotionTerm::new(pool.short(|pool| pool.div(value, divisor)), &motion));
+        let apart = pool.div(value, determinant);
+        let apart = pool.scale(apart, &Number::half());
+        terms.push(MotionTerm::new(pool.simplify(apart), &motion));
+    }
+    let mut weigh = |all: &[MotionTerm]| all.iter().map(|term| pool.weight(term.coefficient) + 3).sum::<u64>();
+    let (apart, above_bar) = (weigh(&terms), weigh(&above));
+    let together = above_bar + pool.weight(factor) + 2;
+    let over_bar = (above_bar <= MOST_ABOVE_BAR && together < apart).then(|| (factor, MotionSum::new(pool, above), 1));
+    Some(Inverse { weight: apart, terms, over_bar })
 }
 
 /// 1/2 sum m_ij x_i x_j written out.

@@ -47,8 +47,8 @@ pub struct MotionTerm {
 pub struct MotionSum {
     /// The terms.
     pub terms: Vec<MotionTerm>,
-    /// Squares of sums, each with what it is multiplied by; they stand before the terms.
-    pub squares: Vec<(ExprId, MotionSum)>,
+    /// Sums and squares of sums, each with what it is multiplied by and its power; they stand before the terms.
+    pub powers: Vec<(ExprId, MotionSum, u32)>,
     /// A number in front of the whole sum, as the 1/2 of a quadratic form; 1 where there is none.
     pub factor: Factor,
 }
@@ -117,7 +117,7 @@ impl MotionSum {
         let mut terms: Vec<MotionTerm> = terms.into_iter().filter(|term| !term.coefficient.is_zero()).collect();
         terms.order_by_key(order);
         for term in &mut terms {
-            if !term.motion.is_empty() && reads_negative(pool, term.coefficient) {
+            if reads_negative(pool, term) {
                 term.negative = true;
                 term.coefficient = pool.neg(term.coefficient);
             }
@@ -141,7 +141,7 @@ impl MotionSum {
     /// Whether nothing is left of it.
     #[must_use]
     pub(crate) fn is_zero(&self) -> bool {
-        self.terms.is_empty() && self.squares.is_empty()
+        self.terms.is_empty() && self.powers.is_empty()
     }
 
     /// The coefficient of one motion alone.
@@ -168,10 +168,10 @@ impl MotionSum {
 
     fn expression_with(&self, pool: &mut Pool, value: &mut dyn FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {
         let mut parts = Vec::with_capacity(self.terms.len());
-        for (factor, sum) in &self.squares {
+        for (factor, sum, power) in &self.powers {
             let sum = sum.expression_with(pool, value);
-            let square = pool.square(sum);
-            parts.push(pool.mul(*factor, square));
+            let power = pool.powi(sum, i64::from(*power));
+            parts.push(pool.mul(*factor, power));
         }
         for term in &self.terms {
             let mut factors = vec![(term.coefficient, Number::ONE)];
@@ -198,20 +198,39 @@ impl MotionSum {
         if self.is_zero() {
             return "0".to_owned();
         }
-        if let Some(text) = self.factored(pool, name) {
+        let is_velocity = |own: &MotionTerm| matches!(own.motion[..], [(Motion::Velocity(_), 1)]);
+        if self.powers.is_empty()
+            && self.terms.iter().all(is_velocity)
+            && let Some(text) = factored(&self.terms, pool, name)
+        {
             return text;
         }
         let mut out = String::new();
-        let squares = self.squares.iter().map(|(factor, sum)| {
+        let powers = self.powers.iter().map(|(factor, sum, power)| {
             let sum = sum.text_with(pool, name);
-            (false, multiplied(factor_text(pool, *factor), &format!("({sum})^2")))
+            let text = if *power == 1 { format!("({sum})") } else { format!("({sum})^{power}") };
+            (false, multiplied(factor_text(pool, *factor), &text, true))
         });
         // About an equilibrium functions are constants like all else before a displacement.
         let is_displaced = |(own, _): &(Motion, u32)| matches!(own, Motion::Displacement(_) | Motion::Normal(_));
         let constant = self.terms.iter().any(|term| term.motion.iter().any(is_displaced));
         let mut count = 0;
-        let terms = self.terms.chunk_by(MotionTerm::goes_with).map(|own| MotionTerm::text(own, pool, name, constant));
-        for (negative, text) in squares.chain(terms) {
+        let texts = |terms: &[MotionTerm]| -> Vec<(bool, String)> {
+            let chunks = terms.chunk_by(MotionTerm::goes_with);
+            chunks.map(|own| MotionTerm::text(own, pool, name, constant)).collect()
+        };
+        // The kinetic energy.
+        let (kinetic, others) =
+            self.terms.split_at(self.terms.iter().take_while(|own| own.is_of_two_velocities()).count());
+        let mut terms = texts(kinetic);
+        if self.factor == Factor::One
+            && let Some(whole) = factored(kinetic, pool, name)
+            && whole.len() < terms.iter().map(|(_, text)| text.len() + " + ".len()).sum::<usize>() - " + ".len()
+        {
+            terms = vec![(false, whole)];
+        }
+        terms.extend(texts(others));
+        for (negative, text) in powers.chain(terms) {
             count += 1;
             append(&mut out, negative, &text);
         }
@@ -229,38 +248,36 @@ impl MotionSum {
             Factor::Half => format!("1/2*({out})"),
         }
     }
+}
 
-    /// A sum of velocities with the coefficient of one in front, where the others have it for a factor: C (ψ' + φ' cos θ).
-    fn factored(&self, pool: &Pool, name: &dyn Fn(Motion) -> String) -> Option<String> {
-        let is_velocity = |own: &MotionTerm| matches!(own.motion[..], [(Motion::Velocity(_), 1)]);
-        if self.terms.len() < 2 || !self.squares.is_empty() || !self.terms.iter().all(is_velocity) {
-            return None;
-        }
-        let factors = |term: &MotionTerm| match &*pool.terms(term.coefficient) {
-            [(product, number)] => {
-                let factors = pool.factors(*product);
-                let is_one = |own: &(ExprId, Number)| pool.as_number(own.0).is_some_and(Number::is_one);
-                Some((number.clone(), factors.into_iter().filter(|own| !is_one(own)).collect::<Vec<_>>()))
-            }
-            _ => None,
-        };
-        let all: Vec<_> = self.terms.iter().map(factors).collect::<Option<_>>()?;
-        let divides = |(number, own): &&(Number, Vec<(ExprId, Number)>)| {
-            let has = |(other, all): &(Number, Vec<(ExprId, Number)>)| {
-                own.iter().all(|factor| all.contains(factor))
-                    && other.div(number).is_some_and(|ratio| ratio.is_integer())
-            };
-            !own.is_empty() && all.iter().all(has)
-        };
-        let (number, common) = all.iter().find(divides)?;
-        let mut sum = String::new();
-        for (term, (own, factors)) in self.terms.iter().zip(&all) {
-            let rest = factors.iter().filter(|factor| !common.contains(factor)).cloned().collect();
-            let (factor, functions) = factors_apart(pool, &own.div(number)?, rest);
-            append(&mut sum, term.negative, &around(factor, &term.motion_text(name), functions));
-        }
-        Some(multiplied(pool.display_factors(number, common.clone()), &format!("({sum})")))
+/// A sum with the coefficient of one term in front, where the others have it for a factor: C (ψ' + φ' cos θ).
+fn factored(terms: &[MotionTerm], pool: &Pool, name: &dyn Fn(Motion) -> String) -> Option<String> {
+    if terms.len() < 2 {
+        return None;
     }
+    let factors = |term: &MotionTerm| match &*pool.terms(term.coefficient) {
+        [(product, number)] => {
+            let factors = pool.factors(*product);
+            let is_one = |own: &(ExprId, Number)| pool.as_number(own.0).is_some_and(Number::is_one);
+            Some((number.clone(), factors.into_iter().filter(|own| !is_one(own)).collect::<Vec<_>>()))
+        }
+        _ => None,
+    };
+    let all: Vec<_> = terms.iter().map(factors).collect::<Option<_>>()?;
+    let divides = |(number, own): &&(Number, Vec<(ExprId, Number)>)| {
+        let has = |(other, all): &(Number, Vec<(ExprId, Number)>)| {
+            own.iter().all(|factor| all.contains(factor)) && other.div(number).is_some_and(|ratio| ratio.is_integer())
+        };
+        !own.is_empty() && all.iter().all(has)
+    };
+    let (number, common) = all.iter().find(divides)?;
+    let mut sum = String::new();
+    for (term, (own, factors)) in terms.iter().zip(&all) {
+        let rest = factors.iter().filter(|factor| !common.contains(factor)).cloned().collect();
+        let (factor, functions) = factors_apart(pool, &own.div(number)?, rest);
+        append(&mut sum, term.negative, &around(factor, &term.motion_text(name), functions, false));
+    }
+    Some(multiplied(pool.display_factors(number, common.clone()), &format!("({sum})"), false))
 }
 
 /// Accelerations, then squares, then products of two that move, then single ones, then what is without.
@@ -312,7 +329,16 @@ impl MotionTerm {
             (2.., sum) if first.negative || rest.is_some() || functions.is_some() => format!("({sum})"),
             (_, sum) => sum,
         };
-        (first.negative, around(rest, &motion, functions))
+        (first.negative, around(rest, &motion, functions, first.has_momenta()))
+    }
+
+    fn is_of_two_velocities(&self) -> bool {
+        let is_velocity = |own: &(Motion, u32)| matches!(own.0, Motion::Velocity(_));
+        self.motion.iter().all(is_velocity) && self.motion.iter().map(|own| own.1).sum::<u32>() == 2
+    }
+
+    fn has_momenta(&self) -> bool {
+        matches!(self.motion.first(), Some((Motion::Momentum(_), _)))
     }
 
     /// The product of what moves.
@@ -325,10 +351,14 @@ impl MotionTerm {
     }
 }
 
-/// What moves times the text of a factor: p^2/(2*m), not 1/(2*m)*p^2.
-fn multiplied(factor: Option<String>, motion: &str) -> String {
+/// What moves times the text of a factor: p^2/(2*m), not 1/(2*m)*p^2; above any fraction bar where asked for.
+fn multiplied(factor: Option<String>, motion: &str, above: bool) -> String {
     let Some(factor) = factor else { return motion.to_owned() };
-    if let Some(divisor) = lone_divisor(&factor) { format!("{motion}/{divisor}") } else { format!("{factor}*{motion}") }
+    match last_bar(&factor) {
+        Some(("1", divisor)) => format!("{motion}/{divisor}"),
+        Some((factor, divisor)) if above => format!("{factor}*{motion}/{divisor}"),
+        _ => format!("{factor}*{motion}"),
+    }
 }
 
 /// Adds a term to the text of a sum.
@@ -343,17 +373,20 @@ fn append(sum: &mut String, negative: bool, text: &str) {
 }
 
 /// What moves between the text of a factor and that of functions.
-fn around(factor: Option<String>, motion: &str, functions: Option<String>) -> String {
-    let text = multiplied(factor, motion);
-    functions.into_iter().fold(text, |text, functions| format!("{text}*{functions}"))
+fn around(factor: Option<String>, motion: &str, functions: Option<String>, above: bool) -> String {
+    let motion = functions.into_iter().fold(motion.to_owned(), |motion, functions| format!("{motion}*{functions}"));
+    multiplied(factor, &motion, above)
 }
 
-/// Whether the text of an expression begins with a minus sign.
-fn reads_negative(pool: &Pool, e: ExprId) -> bool {
-    if let Some(value) = pool.as_number(e) {
-        return value.is_negative();
+/// Whether what stands in front of what moves begins with a minus sign; before two momenta it does not take that up.
+fn reads_negative(pool: &Pool, term: &MotionTerm) -> bool {
+    if let Some(value) = pool.as_number(term.coefficient) {
+        return value.is_negative() && !term.motion.is_empty();
     }
-    pool.terms(e).iter().all(|(_, coefficient)| coefficient.is_negative()) && pool.display(e).starts_with('-')
+    let is_negative = pool.terms(term.coefficient).iter().all(|(_, coefficient)| coefficient.is_negative());
+    is_negative
+        && !term.motion.is_empty()
+        && (term.has_momenta() && term.motion.len() > 1 || pool.display(term.coefficient).starts_with('-'))
 }
 
 /// An expression as the first factor of a product; nothing for 1.
@@ -387,20 +420,20 @@ fn is_function(pool: &Pool, (base, exponent): &(ExprId, Number)) -> bool {
     stands_behind && exponent.is_integer() && !exponent.is_negative()
 }
 
-/// What stands under the bar of a fraction whose numerator is 1, if that is no number.
-fn lone_divisor(text: &str) -> Option<&str> {
-    let divisor = text.strip_prefix("1/")?;
-    if divisor.starts_with(|c: char| c.is_ascii_digit()) {
-        return None;
-    }
+/// What stands above and below the last fraction bar, where nothing follows that and no number stands below.
+fn last_bar(text: &str) -> Option<(&str, &str)> {
     let mut depth = 0_usize;
-    for c in divisor.chars() {
+    let mut bar = None;
+    for (at, c) in text.char_indices() {
         match c {
             '(' | '[' => depth += 1,
             ')' | ']' => depth = depth.saturating_sub(1),
-            '*' | '/' | ' ' if depth == 0 => return None,
+            '/' if depth == 0 => bar = Some(at),
+            '*' | ' ' if depth == 0 => bar = None,
             _ => {}
         }
     }
-    Some(divisor)
+    let (above, below) = text.split_at(bar?);
+    let below = &below[1..];
+    (!below.starts_with(|c: char| c.is_ascii_digit())).then_some((above, below))
 }

@@ -70,7 +70,30 @@ impl<'a> Algebra<'a> {
         let own = self.simplify(core);
         self.with_products = false;
         let own = self.pool.scale(own, &size);
+        let own = self.with_common_factors(own);
         if self.cost(&[own]) < self.cost(&[e]) { own } else { e }
+    }
+
+    /// A product with what all terms of one of its sums have in common in front, where that is shorter: g a b - g √c is
+    /// g (a b - √c).
+    fn with_common_factors(&mut self, e: ExprId) -> ExprId {
+        let (number, core) = split(self.pool, e);
+        let mut made = Monomial::new();
+        for (base, power) in self.pool.factors(core) {
+            let is_open = power.is_one() && self.pool.is_sum(base);
+            let terms = if is_open { expand(self.pool, base, Opening::Outermost) } else { None };
+            let Some(terms) = terms.map(Vec::from_iter) else {
+                made.push((base, power));
+                continue;
+            };
+            let common: Monomial = common_factor(&terms).into_iter().filter(|own| own.1.is_integer()).collect();
+            let rest = terms.iter().map(|(own, value)| (times(own, &common, &Number::MINUS_ONE), value));
+            made.push((written(self.pool, rest), Number::ONE));
+            made.extend(common);
+        }
+        let made = self.pool.product_of_powers(&made);
+        let made = self.pool.scale(made, &number);
+        if self.weight(made) < self.weight(e) { made } else { e }
     }
 
     /// The shortest form found of an expression, inner arguments included.
@@ -136,7 +159,7 @@ impl<'a> Algebra<'a> {
     fn shortest(&mut self, e: ExprId) -> ExprId {
         let e = self.cancelled(e);
         if !has_sums(self.pool, e) && !has_functions(self.pool, e) {
-            return e;
+            return self.without_bars_under_roots(e);
         }
         let mut best = e;
         let mut before: Option<Vec<(Monomial, Number)>> = None;
@@ -168,6 +191,7 @@ impl<'a> Algebra<'a> {
                 }
             }
         }
+        let best = self.without_bars_under_roots(best);
         self.over_powers(best)
     }
 
@@ -208,6 +232,39 @@ impl<'a> Algebra<'a> {
             }
         }
         if changed { self.pool.linear(&terms) } else { e }
+    }
+
+    /// What stands below fraction bars under a root in front of it, where that cancels: a b² √(1 - c²/(a² b²)) is
+    /// b √(a² b² - c²).
+    fn without_bars_under_roots(&mut self, e: ExprId) -> ExprId {
+        let (scale, core) = split(self.pool, e);
+        let factors = self.pool.factors(core);
+        let is_root = |(base, power): &(ExprId, Number)| power.abs() == Number::half() && self.pool.is_sum(*base);
+        if factors.len() < 2 || !factors.iter().any(is_root) {
+            return e;
+        }
+        let mut bars = BTreeSet::new();
+        let mut made = Monomial::new();
+        for (base, power) in &factors {
+            let below = if self.pool.is_sum(*base) { divisors(self.pool, *base) } else { Monomial::new() };
+            let terms = if below.is_empty() { None } else { expand(self.pool, *base, Opening::Outermost) };
+            let Some(terms) = terms else {
+                made.push((*base, power.clone()));
+                continue;
+            };
+            let terms = terms.into_iter().map(|(monomial, own)| (times(&monomial, &below, &Number::ONE), own));
+            made.push((written(self.pool, terms), power.clone()));
+            bars.extend(below.iter().map(|(base, _)| *base));
+            made.extend(below.into_iter().map(|(base, own)| (base, own.mul(power).neg())));
+        }
+        let whole = self.pool.product_of_powers(&made);
+        let made = self.pool.factors(split(self.pool, whole).1);
+        // Not where it only goes elsewhere, as in m c²/√(1 - v²/c²).
+        let shrinks = |(base, power): &(ExprId, Number)| {
+            !bars.contains(base) || power_of(&factors, *base).is_some_and(|own| power.abs() < own.abs())
+        };
+        let whole = self.pool.scale(whole, &scale);
+        if made.iter().all(shrinks) && self.weight(whole) < self.weight(e) { whole } else { e }
     }
 
     /// The shortest form, multiplied out before that where powers of one sum are put together then.
@@ -337,6 +394,18 @@ impl Weights {
             Node::Atan2 { y, x } => of(y).saturating_add(of(x)) + 4,
         }
     }
+}
+
+/// By what a sum has to be multiplied for no term to have a fraction bar; nothing where some of that may be negative.
+fn divisors(pool: &Pool, e: ExprId) -> Monomial {
+    let mut found: BTreeMap<ExprId, Number> = BTreeMap::new();
+    for (base, power) in pool.terms(e).iter().flat_map(|(term, _)| pool.factors(*term)) {
+        if power.is_negative() && power.is_integer() {
+            let own = found.entry(base).or_default();
+            *own = if *own < power.neg() { power.neg() } else { own.clone() };
+        }
+    }
+    if found.keys().all(|base| pool.is_nonnegative(*base)) { found.into_iter().collect() } else { Monomial::new() }
 }
 
 /// Whether a power of this exponent can be multiplied out.

@@ -130,7 +130,20 @@ impl Pool {
             }
             Node::Pi => out.push(Piece::Text("pi")),
             Node::Symbol(symbol) => out.push(Piece::Owned(self.symbol_name(*symbol).into_owned())),
-            Node::Sum { .. } => out.push(Piece::Sum { id, negated: false, by: Number::ONE, place }),
+            Node::Sum { constant, terms } => {
+                // 1/2*(a - sqrt(b + c)) rather than every term halved.
+                let is_one_term = constant.is_zero() && terms.len() == 1;
+                let goes_in_front =
+                    place == Place::Open && !is_one_term && terms.iter().any(|own| self.has_root(own.0));
+                let by = if goes_in_front { content(constant, terms).recip() } else { None };
+                match by.filter(|by| by.is_integer() && !by.is_one()) {
+                    Some(by) => {
+                        out.push(Piece::Owned(format!("1/{by}*")));
+                        out.push(Piece::Sum { id, negated: false, by, place: Place::Factor });
+                    }
+                    None => out.push(Piece::Sum { id, negated: false, by: Number::ONE, place }),
+                }
+            }
             Node::Product(factors) => in_parentheses(place != Place::Open, out, |out| {
                 out.push(Piece::Term { coefficient: Number::ONE, factors: factors.to_vec(), negated: None });
             }),
@@ -173,9 +186,7 @@ impl Pool {
         }
         // What has a root stands behind what has none, as in a - √b and a + √b.
         let has_root = |(_, piece): &(bool, Piece)| match piece {
-            Piece::Term { factors, .. } => {
-                factors.iter().any(|(base, e)| *e == Number::half() && matches!(self.node(*base), Node::Sum { .. }))
-            }
+            Piece::Term { factors, .. } => factors.iter().any(|own| self.is_root_of_sum(own)),
             Piece::Text(_) | Piece::Owned(_) | Piece::Expression(..) | Piece::Sum { .. } => false,
         };
         parts.order_by_key(has_root);
@@ -194,6 +205,14 @@ impl Pool {
                 out.push(piece);
             }
         });
+    }
+
+    fn is_root_of_sum(&self, (base, e): &(ExprId, Number)) -> bool {
+        *e == Number::half() && matches!(self.node(*base), Node::Sum { .. })
+    }
+
+    fn has_root(&self, term: ExprId) -> bool {
+        self.factors(term).iter().any(|own| self.is_root_of_sum(own))
     }
 
     /// The first difference under an odd power: it takes up the minus sign of its term,
@@ -217,7 +236,10 @@ impl Pool {
 
     fn write_term(&self, coefficient: &Number, mut factors: Factors, negated: Option<ExprId>, out: &mut Vec<Piece>) {
         factors.order_by_key(|(base, _)| self.factor_order(*base));
-        let (coefficient, mut under_root) = self.joined_root(coefficient, &mut factors);
+        let (coefficient, mut under_root) = match self.roots_together(coefficient, &mut factors) {
+            Some((coefficient, joined)) => (coefficient, Some(joined)),
+            None => self.joined_root(coefficient, &mut factors),
+        };
         let coefficient = &coefficient;
         let mut above: Vec<Vec<Piece>> = Vec::new();
         let mut below: Vec<Vec<Piece>> = Vec::new();
@@ -236,7 +258,7 @@ impl Pool {
                     by: Number::ONE,
                     place,
                 });
-            } else if let Some(joined) = under_root.take_if(|joined| joined.base == base) {
+            } else if let Some(joined) = under_root.take_if(|joined| joined.base == base && !exponent.is_integer()) {
                 write_root(&magnitude, vec![joined.inner], &mut piece);
                 let side = if joined.above { &mut above } else { &mut below };
                 side.push(piece);
@@ -307,6 +329,52 @@ impl Pool {
             }
         }
         (coefficient.clone(), None)
+    }
+
+    /// `sqrt(a)*sqrt(b)/sqrt(c)` of what is not negative is written `sqrt(a*b/c)`, with a number that has a root as well,
+    /// and `a^(3/2)` as `a` and a root of it: what is left of the coefficient, and the root, for which its last factor
+    /// stands.
+    fn roots_together(&self, coefficient: &Number, factors: &mut Factors) -> Option<(Number, Joined)> {
+        let half = Number::half();
+        let is_root = |(base, e): &(ExprId, Number)| {
+            let is_short = e.abs() == half || matches!(self.node(*base), Node::Symbol(_));
+            is_short && e.sub(&half).is_integer() && self.as_number(*base).is_none() && self.is_nonnegative(*base)
+        };
+        if factors.iter().filter(|own| is_root(own)).count() < 2 {
+            return None;
+        }
+        let (roots, mut rest): (Factors, Factors) = std::mem::take(factors).into_iter().partition(is_root);
+        let mut above = roots.iter().any(|(_, e)| !e.is_negative());
+        let mut coefficient = coefficient.clone();
+        let is_whole =
+            |(base, e): &(ExprId, Number)| *e == half && self.as_number(*base).is_some_and(Number::is_integer);
+        let mut inner = Factors::new();
+        if let Some(at) = rest.iter().position(is_whole) {
+            let (base, _) = rest.remove(at);
+            let number = self.as_number(base).cloned().unwrap_or_default();
+            let divided = coefficient.mul(&number);
+            // As in `joined_root`.
+            let [left, divisor] = [&divided, &coefficient].map(|own| Number::from_integer(own.denominator().into()));
+            let goes_below = left.mul(&number) == divisor;
+            above |= !goes_below;
+            coefficient = if goes_below { divided } else { coefficient };
+            inner.push((base, if goes_below && above { Number::MINUS_ONE } else { Number::ONE }));
+        }
+        let (base, _) = *roots.last()?;
+        for (base, e) in roots {
+            let side = if e.is_negative() { half.neg() } else { half.clone() };
+            inner.push((base, if e.is_negative() && above { Number::MINUS_ONE } else { Number::ONE }));
+            rest.push((base, e.sub(&side)));
+        }
+        rest.retain(|(_, e)| !e.is_zero());
+        rest.order_by_key(|(base, _)| self.factor_order(*base));
+        let functions = rest.iter().position(|(base, _)| self.factor_order(*base).0 == 3).unwrap_or(rest.len());
+        rest.insert(functions, (base, half));
+        *factors = rest;
+        Some((
+            coefficient,
+            Joined { base, above, inner: Piece::Term { coefficient: Number::ONE, factors: inner, negated: None } },
+        ))
     }
 
     /// The factors of the inverse of a product that has some below the fraction bar, or of minus it, with the difference that takes up

@@ -35,7 +35,7 @@ mod read;
 
 use std::collections::BTreeMap;
 
-use librate_core::derive::{Derivation, Linear, Motion, MotionSum, SecondOrder};
+use librate_core::derive::{Derivation, Frequencies, Linear, Motion, MotionSum, SecondOrder};
 use librate_core::expr::{ExprId, Pool, Substitution};
 
 pub use equal::are_equal;
@@ -246,13 +246,27 @@ impl<'a> Comparison<'a> {
                 vec![self.sum(part.name(), sum, false)]
             }
             Part::Frequencies => {
-                let case = asked(linear(derivation.reduced())?.frequencies.as_ref())?.best();
-                if case.frequencies.is_empty() {
-                    return Err("there are no closed forms".to_owned());
+                let linear = linear(derivation.reduced())?;
+                let case =
+                    linear.frequencies.as_ref().map(Frequencies::best).filter(|case| !case.frequencies.is_empty());
+                match (case, &linear.exponents) {
+                    (Some(case), _) => {
+                        let all = case.frequencies.iter();
+                        let all = all.flat_map(|f| std::iter::repeat_n(f.omega_squared, f.multiplicity));
+                        all.map(|value| self.plain(part.name(), value)).collect()
+                    }
+                    // Of gyroscopic models.
+                    (None, Some(own)) if linear.damping.is_none() && !own.exponents.is_empty() => {
+                        let all = own.squares_of_frequencies(&mut self.pool).into_iter();
+                        let all = all.flat_map(|(text, multiplicity)| std::iter::repeat_n(text, multiplicity));
+                        let found = |text: String| {
+                            let value = self.reader.expression(&mut self.pool, &text)?;
+                            Ok(Found { place: part.name().to_owned(), value, text })
+                        };
+                        all.map(found).collect::<Result<_, String>>()?
+                    }
+                    (None, _) => return Err("there are no closed forms".to_owned()),
                 }
-                let all = case.frequencies.iter();
-                let all = all.flat_map(|f| std::iter::repeat_n(f.omega_squared, f.multiplicity));
-                all.map(|value| self.plain(part.name(), value)).collect()
             }
             Part::Gyroscopic | Part::Damping => {
                 let linear = linear(derivation)?;
