@@ -133,8 +133,12 @@ impl Pool {
             Node::Sum { constant, terms } => {
                 // 1/2*(a - sqrt(b + c)) rather than every term halved.
                 let is_one_term = constant.is_zero() && terms.len() == 1;
-                let goes_in_front =
-                    place == Place::Open && !is_one_term && terms.iter().any(|own| self.has_root(own.0));
+                let is_divided = |own: &Number| own.is_zero() || !own.is_integer();
+                let goes_in_front = place == Place::Open
+                    && !is_one_term
+                    && is_divided(constant)
+                    && terms.iter().all(|own| is_divided(&own.1))
+                    && terms.iter().any(|own| self.has_root(own.0));
                 let by = if goes_in_front { content(constant, terms).recip() } else { None };
                 match by.filter(|by| by.is_integer() && !by.is_one()) {
                     Some(by) => {
