@@ -219,6 +219,12 @@ fn crossings(sweep: &Sweep, places: &[Tracked], branches: &[Branch]) -> Vec<[f64
             let beside = own.at.iter().filter_map(|(place, at)| {
                 let there = other.at.binary_search_by_key(place, |own| own.0).ok()?;
                 let (place, pair) = (places.get(*place)?, [*at, other.at[there].1]);
+                // Where there is more symmetry than elsewhere nothing is told.
+                let class = |at: usize| place.shapes().get(at).map(|own| &own.class);
+                let is_class = |(at, branch): (usize, &Branch)| class(at) == Some(&branch.class);
+                if !pair.into_iter().zip([own, other]).all(is_class) {
+                    return None;
+                }
                 Some((pair.map(|at| rank(place.shapes(), at)), Apart::new(place, pair)?))
             });
             // At a value where they are equal nothing is decided.

@@ -237,7 +237,7 @@ fn follow(before: &[Option<Followed>], here: &[Shape], modes: &NormalModes) -> V
             found[at] = Some((old.clone().of_mode(&here[new]), mode));
             continue;
         }
-        let [re, im] = old.product(&here[new]);
+        let [re, im] = old.product(&here[new], 1.0);
         let size = re.hypot(im);
         if size > 0.0 {
             let [c, s] = [re / size, -im / size];

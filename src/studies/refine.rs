@@ -10,7 +10,7 @@ pub(crate) const FLAT: f64 = 1.0 / 760.0;
 /// So many places are added for each that there is, ...
 pub(crate) const MOST_FINER: usize = 4;
 /// ... or for all of a few.
-const FEW_FINER: usize = 400;
+pub(crate) const FEW_FINER: usize = 400;
 
 /// A range of many more places, and after how many of these the next one of the range comes.
 #[must_use]

@@ -7,9 +7,11 @@
 //! they are. So it is where frequencies bend. Modes of different symmetry classes never belong together. Among equal frequencies no shape is one of a mode; those before
 //! are kept until they part again.
 
+use std::collections::BTreeMap;
+
 use crate::batch::{BatchMode, Solution};
 use crate::error::Error;
-use crate::refine::{DEEPEST, FLAT, MOST_FINER, off_line, span};
+use crate::refine::{DEEPEST, FEW_FINER, FLAT, MOST_FINER, off_line, span};
 use crate::sweep::{Enclosed, Place, Sweep, Worker};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
@@ -25,6 +27,8 @@ const LEAST: f64 = 0.05;
 const STEADY: f64 = 0.98;
 /// Where modes change places an interval is halved until bounds no longer separate them.
 const DEEPEST_SWAP: u32 = 34;
+/// So many places may be added for all intervals that leave it open, where these are few.
+const FEW_OPEN: usize = 2000;
 /// Masses of more coordinates count alike, ...
 const MOST_DENSE: usize = 600;
 /// ... and those of which xᴴMx is no larger a part of its terms.
@@ -37,7 +41,7 @@ const APART: f64 = 1e3;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Branch {
-    /// Its symmetry class, where it has one.
+    /// Its symmetry class at most places, where it has one.
     pub class: Option<String>,
     /// The places where it is, each with its number among the modes there.
     pub at: Vec<(usize, usize)>,
@@ -79,6 +83,7 @@ pub struct Shape {
     pub class: Option<String>,
     /// Real and imaginary part of each component.
     vector: Vec<[f64; 2]>,
+    is_real: bool,
     /// M times it, and the root of xᴴMx.
     image: Vec<[f64; 2]>,
     length: f64,
@@ -87,28 +92,29 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// |xᴴ M y|²/(xᴴMx · yᴴMy), 1 for the same shape.
-    fn agreement(&self, other: &Self) -> f64 {
-        if let (Some(own), Some(others)) = (&self.class, &other.class)
-            && own != others
-        {
-            return 0.0;
-        }
-        let [re, im] = self.product(other);
-        if self.length <= 0.0 || other.length <= 0.0 { 0.0 } else { (re * re + im * im) / (self.length * other.length) }
-    }
-
-    /// xᴴ M y, real and imaginary part.
-    pub(crate) fn product(&self, other: &Self) -> [f64; 2] {
-        let parts = self.image.iter().zip(&other.vector);
-        parts.fold([0.0; 2], |[re, im], ([a, b], [c, d])| [re + a * c + b * d, im + a * d - b * c])
-    }
-
-    /// The part of the agreement that the states have, (x, s x/s0) with the larger exponent for s0.
-    fn share_of_states(&self, other: &Self) -> f64 {
+    /// How much two modes are alike, as one of either pair stands for both: a whirl that turns back has the other one then.
+    fn likeness(&self, other: &Self) -> Likeness {
         let [[a, b], [c, d]] = [self, other].map(point);
-        let both = a * a + b * b + c * c + d * d;
-        if both > 0.0 { 0.5 + (a * c + b * d) / both } else { 1.0 }
+        let (lengths, both) = (self.length * other.length, a * a + b * b + c * c + d * d);
+        let with_sign = |sign: f64| {
+            let [re, im] = self.product(other, sign);
+            let agreement = if lengths > 0.0 { (re * re + im * im) / lengths } else { 0.0 };
+            let share = if both > 0.0 { 0.5 + (sign * a * c + b * d) / both } else { 1.0 };
+            Likeness { agreement, of_states: agreement * share }
+        };
+        let direct = with_sign(1.0);
+        if self.is_real || other.is_real {
+            return direct;
+        }
+        let opposite = with_sign(-1.0);
+        let is_opposite = (opposite.of_states, opposite.agreement) > (direct.of_states, direct.agreement);
+        if is_opposite { opposite } else { direct }
+    }
+
+    /// xᴴ M y, or with the sign -1 that of the conjugate of y; real and imaginary part.
+    pub(crate) fn product(&self, other: &Self, sign: f64) -> [f64; 2] {
+        let parts = self.image.iter().zip(&other.vector).map(|(own, [c, d])| (own, [*c, sign * d]));
+        parts.fold([0.0; 2], |[re, im], ([a, b], [c, d])| [re + a * c + b * d, im + a * d - b * c])
     }
 
     /// The shape as that of another mode.
@@ -135,8 +141,17 @@ impl Shape {
         };
         let length = vector.iter().zip(&image).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum();
         let Enclosed { omega, growth } = enclosed;
-        Self { omega, growth, class: None, vector, image, length, cluster, kind }
+        let is_real = vector.iter().all(|[_, im]| *im == 0.0);
+        Self { omega, growth, class: None, vector, is_real, image, length, cluster, kind }
     }
+}
+
+/// How much two modes are alike.
+struct Likeness {
+    /// |xᴴ M y|²/(xᴴMx · yᴴMy), 1 for the same shape.
+    agreement: f64,
+    /// The part of it that the states have, (x, s x/s0) with the larger exponent for s0.
+    of_states: f64,
 }
 
 /// The modes at a place.
@@ -207,15 +222,13 @@ pub(crate) fn is_one_of_several(shapes: &Shapes, at: usize) -> bool {
 
 /// For each mode of one place that of another, and how sure the least certain pair is.
 pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
-    let all = (0..from.len()).flat_map(|i| (0..to.len()).map(move |j| (from[i].agreement(&to[j]), i, j)));
-    let likely = all.filter(|(agreement, ..)| *agreement > LEAST);
-    let mut pairs: Vec<(f64, (f64, usize, usize))> =
-        likely.map(|own| (own.0 * from[own.1].share_of_states(&to[own.2]), own)).collect();
-    pairs.order_by(|(p, a), (q, b)| q.total_cmp(p).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let all = (0..from.len()).flat_map(|i| (0..to.len()).map(move |j| (from[i].likeness(&to[j]), i, j)));
+    let mut pairs: Vec<(Likeness, usize, usize)> = all.filter(|own| own.0.agreement > LEAST).collect();
+    pairs.order_by(|(p, i, j), (q, k, l)| q.of_states.total_cmp(&p.of_states).then((i, j).cmp(&(k, l))));
     let mut found = vec![None; from.len()];
     let mut taken = vec![false; to.len()];
     let mut sure: f64 = 1.0;
-    for (_, (agreement, i, j)) in pairs {
+    for (Likeness { agreement, .. }, i, j) in pairs {
         if found[i].is_none() && !taken[j] {
             found[i] = Some(j);
             taken[j] = true;
@@ -232,14 +245,15 @@ pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
 }
 
 /// Whether two modes change places that may only seem to: shapes that turn into each other within a short way, and are not told apart by
-/// their classes.
+/// their classes on both sides.
 fn swaps([from, to]: [&Shapes; 2], found: &[Option<usize>]) -> bool {
     let known: Vec<(usize, usize)> = pairs(found).collect();
-    let alike = |i: usize, k: usize| from[i].class.is_none() || from[i].class == from[k].class;
-    let single = |i: usize, k: usize| from[i].cluster != from[k].cluster;
+    let alike = |a: &Shape, b: &Shape| a.class.is_none() || a.class == b.class;
     known.iter().enumerate().any(|(at, (i, j))| {
-        let later = &known[at + 1..];
-        later.iter().any(|(k, l)| l < j && alike(*i, *k) && single(*i, *k) && to[*j].cluster != to[*l].cluster)
+        known[at + 1..].iter().any(|(k, l)| {
+            let [(a, b), (c, d)] = [(&from[*i], &from[*k]), (&to[*j], &to[*l])];
+            l < j && (alike(a, b) || alike(c, d)) && a.cluster != b.cluster && c.cluster != d.cluster
+        })
     })
 }
 
@@ -256,8 +270,8 @@ struct Step {
 struct Follower {
     /// Frequencies and growths that are off so little are seen as straight.
     slack: [f64; 2],
-    /// So many places may still be added where curves bend.
-    left: usize,
+    /// So many places may still be added where curves bend, and where it is open what belongs together.
+    left: [usize; 2],
 }
 
 impl Follower {
@@ -266,7 +280,7 @@ impl Follower {
             let [span, rounding] = span(places.iter().flat_map(Tracked::shapes).map(|mode| point(mode)[part]));
             (FLAT * span).max(rounding)
         });
-        Self { slack, left: MOST_FINER * places.len() }
+        Self { slack, left: [FEW_FINER, FEW_OPEN].map(|few| (MOST_FINER * places.len()).max(few)) }
     }
 
     /// Between which places curves bend, as those beside tell: modes by their numbers.
@@ -302,7 +316,7 @@ impl Follower {
         let is_swap = swaps(ends, &found);
         let is_open = sure < SURE || is_swap;
         let turns = depth == 0 && pairs(&found).any(|(i, j)| ends[0][i].kind != ends[1][j].kind);
-        let is_wanted = is_open || self.left > 0 && (is_bent || turns || sure < STEADY);
+        let is_wanted = self.left[usize::from(is_open)] > 0 && (is_open || is_bent || turns || sure < STEADY);
         let finer = sweep.finer().filter(|_| is_wanted && depth < if is_swap { DEEPEST_SWAP } else { DEEPEST });
         let [from, to] = between.map(|place| 2 * place);
         let middle = finer.and_then(|finer| {
@@ -316,7 +330,7 @@ impl Follower {
             way.push(Step { found, finer: None });
             return;
         };
-        self.left = self.left.saturating_sub(1);
+        self.left[usize::from(is_open)] -= 1;
         let middle = place.shapes();
         let (first, second) = (matched(ends[0], middle), matched(middle, ends[1]));
         let bends = pairs(&first.0).any(|(i, j)| {
@@ -360,7 +374,6 @@ pub fn branches(sweep: &Sweep, places: &mut Vec<Tracked>) -> Vec<Branch> {
         }
         let mut last = Some(place);
         for Step { found, finer } in way {
-            let is_finer = finer.is_some();
             let Some(mut place) = finer.or_else(|| last.take()) else { continue };
             let here = place.modes.as_deref_mut().unwrap_or_default();
             let mut owners = vec![None; here.len()];
@@ -373,17 +386,23 @@ pub fn branches(sweep: &Sweep, places: &mut Vec<Tracked>) -> Vec<Branch> {
                 }
             }
             for (at, owner) in owners.iter_mut().enumerate() {
-                if owner.is_none() && !is_finer {
-                    branches.push(Branch { class: here[at].class.clone(), at: Vec::new() });
-                    *owner = Some(branches.len() - 1);
-                }
-                if let Some(branch) = owner {
-                    branches[*branch].at.push((all.len(), at));
-                }
+                let branch = *owner.get_or_insert_with(|| {
+                    branches.push(Branch { class: None, at: Vec::new() });
+                    branches.len() - 1
+                });
+                branches[branch].at.push((all.len(), at));
             }
             all.push(place);
             before = Some(owners);
         }
+    }
+    for Branch { class, at } in &mut branches {
+        // At single values there may be more symmetry.
+        let mut counts: BTreeMap<&Option<String>, usize> = BTreeMap::new();
+        for (place, at) in at.iter() {
+            *counts.entry(&all[*place].shapes()[*at].class).or_default() += 1;
+        }
+        *class = counts.into_iter().max_by_key(|own| own.1).and_then(|own| own.0.clone());
     }
     *places = all;
     branches

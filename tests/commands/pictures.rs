@@ -301,6 +301,63 @@ fn curves_are_right_between_values() {
     }
 }
 
+/// At ka = 1 the three are alike, so that their classes have other names there than elsewhere.
+#[test]
+fn modes_are_followed_through_values_of_more_symmetry() {
+    let three = "param ka = 1  coord p[1..3]  T = sum(i in 1..3, 1/2*p[i]'^2)
+        V = sum(i in 1..3, p[i]^2) + 1/2*ka*(p[1] - p[2])^2 + 1/2*((p[2] - p[3])^2 + (p[3] - p[1])^2)";
+    for count in [3, 5, 9, 21] {
+        let found = swept(three, &format!("ka=0..2:{count}"));
+        assert_eq!(ends(&found), [[0, 0], [1, 2], [2, 1]], "{count}");
+        let classes: Vec<_> = found.iter().map(|branch| branch.class.as_deref()).collect();
+        assert_eq!(classes, [Some("even"), Some("odd"), Some("even")], "{count}");
+    }
+    let triangle = "param k = 5, M = 1  coord r[1..3, 1..2]
+        T = 1/2*dot(r[1]', r[1]') + 1/2*dot(r[2]', r[2]') + 1/2*M*dot(r[3]', r[3]')
+        V = sum(i in 1..3, j in i+1..3, 1/2*k*(norm(r[i] - r[j]) - 1)^2)
+        equilibrium r[i in 1..3] = [cos(2*pi*i/3), sin(2*pi*i/3)]/sqrt(3)";
+    let found = swept(triangle, "M=1..3:5");
+    assert_eq!(ends(&found).len(), 6);
+    assert!(found.iter().all(|branch| branch.at.len() >= 5));
+    let page = with_input(&["show", "-", "--over", "M=1..3:5"], triangle).out;
+    let nodes = data(&page)["grid"]["nodes"].clone();
+    for mode in nodes.as_array().unwrap().iter().flat_map(|node| node["modes"].as_array().unwrap()) {
+        assert!(mode.is_object(), "{nodes:#}");
+    }
+}
+
+/// Frequencies 2 ± W in a frame that turns: the lower one turns back at W = 2.
+#[test]
+fn a_whirl_is_followed_through_zero() {
+    let whirl = "param W = 0  coord x, y
+        lagrangian = 1/2*(x' - W*y)^2 + 1/2*(y' + W*x)^2 - 2*(x^2 + y^2)";
+    for count in [3, 5, 12, 33] {
+        let found = swept(whirl, &format!("W=1..5:{count}"));
+        assert_eq!(ends(&found), [[0, 0], [1, 1]], "{count}");
+    }
+}
+
+/// Of x'' + c x' + x: ω = sqrt(1 - c²/4), which ends steeply at c = 2, where a second real exponent begins.
+#[test]
+fn curves_are_right_beyond_critical_damping() {
+    let damped = "param c = 0  coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = 1/2*c*x'^2";
+    for count in [3, 5, 9, 17] {
+        let over = format!("c=0..5:{count}");
+        assert_eq!(swept(damped, &over).len(), 2);
+        let curves = pieces(&with_input(&["plot", "sweep", "-", "--over", &over], damped).out);
+        let (left, right) = (curves[0][0][0], curves[0][curves[0].len() - 1][3]);
+        let c = |x: f64| 5.0 * (x - left[0]) / (right[0] - left[0]);
+        assert!((c(curves[1][0][0][0]) - 2.0).abs() < 0.01, "{count}");
+        for [x, y] in curves[0].iter().map(|piece| piece[3]) {
+            let omega = (1.0 - c(x) * c(x) / 4.0).max(0.0).sqrt();
+            let drawn = (right[1] - y) / (right[1] - left[1]);
+            // Half a pixel, across or up.
+            let is_near = |c: f64| ((1.0 - c * c / 4.0).max(0.0).sqrt() - drawn) * (omega - drawn) <= 0.0;
+            assert!((omega - drawn).abs() < 0.003 || is_near(c(x - 0.5)) || is_near(c(x + 0.5)), "{count}: {x} {y}");
+        }
+    }
+}
+
 /// A curve that is steep at its beginning: ω² = 1 + 2/c, in units of 1/(L C).
 #[test]
 fn curves_are_right_from_their_first_value_on() {
