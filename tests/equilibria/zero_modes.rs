@@ -349,6 +349,27 @@ fn what_only_the_sum_of_terms_leaves_is_found() {
 }
 
 /// What is held by too few elements is found by counting, here by those that the end of a search leaves with a little stress.
+/// Three atoms in a plane about a fourth, in coordinates along the bonds and across them: it moves and turns freely, and so does what has
+/// twelve atoms, with sines and cosines of 30°, 45°, …
+#[test]
+fn angles_of_a_family_are_exact() {
+    for n in [2, 3, 4, 6, 8, 12, 24] {
+        let model = format!(
+            "coord r[1..{n}], s[1..{n}], x, y
+             let p[i in 1..{n}] = [(1 + r[i])*cos(2*pi*i/{n}) - s[i]*sin(2*pi*i/{n}),
+                                   (1 + r[i])*sin(2*pi*i/{n}) + s[i]*cos(2*pi*i/{n})]
+             T = sum(i in 1..{n}, dot(p[i]', p[i]')) + x'^2 + y'^2
+             V = sum(i in 1..{n}, (norm(p[i] - [x, y]) - 1)^2)"
+        );
+        // Nothing holds the atoms across.
+        assert_eq!(motions(&model).len(), n + 2, "{n}");
+    }
+    // An angle that is no multiple of π/12 is not known exactly.
+    let odd = "coord r[1..5], x, y  T = sum(i in 1..5, r[i]'^2) + x'^2 + y'^2
+        V = sum(i in 1..5, (r[i] - x*cos(2*pi*i/5) - y*sin(2*pi*i/5))^2*(1 + r[i]))";
+    assert_eq!(motions(odd).len(), 0);
+}
+
 #[test]
 fn what_is_held_by_too_little_is_loose() {
     let count = |n: usize, elements: &[&str]| {

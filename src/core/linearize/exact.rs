@@ -37,7 +37,7 @@ fn put<'a>(model: &'a Model, assembly: &'a Assembly) -> (Cow<'a, Model>, Cow<'a,
 /// more dimensions than the `known` ones.
 pub(super) fn kernel(own: &Linearized, known: usize) -> Option<Vec<Vec<Surd>>> {
     let (model, assembly) = put(&own.model, &own.assembly);
-    let (at, values) = exactly(&model, &assembly, &own.equilibrium, |_| Exact::none())?;
+    let (at, values) = exactly(&model, &assembly, &own.equilibrium, |_| Exact::Unknown)?;
     let n = at.len();
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
     let mut count = 0;
@@ -188,7 +188,7 @@ fn units(lower: &[BTreeMap<u32, Exact>]) -> Option<Vec<Exact>> {
 /// Whether all forces on some coordinates are exactly 0 at an equilibrium.
 pub(super) fn forces_vanish(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium, on: &[usize]) -> bool {
     let (model, assembly) = put(model, assembly);
-    exactly(&model, &assembly, equilibrium, |_| Exact::none()).is_some_and(|(at, values)| {
+    exactly(&model, &assembly, equilibrium, |_| Exact::Unknown).is_some_and(|(at, values)| {
         let force = assembly.gradient(&at, &values);
         on.iter().all(|i| force[*i].is_exact_zero())
     })
@@ -215,10 +215,10 @@ fn settled(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Opt
     if model.coordinates.len() > MOST {
         return None;
     }
-    if let Some(known) = exactly(model, assembly, equilibrium, |_| Exact::none()) {
+    if let Some(known) = exactly(model, assembly, equilibrium, |_| Exact::Unknown) {
         return Some(known);
     }
-    let guess = |value: &Ball| recognised(value).unwrap_or_else(Exact::none);
+    let guess = |value: &Ball| recognised(value).unwrap_or(Exact::Unknown);
     let (place, values) = exactly(model, assembly, equilibrium, guess).filter(|_| equilibrium.proved)?;
     let forces = assembly.gradient(&place, &values);
     forces.iter().all(Exact::is_exact_zero).then_some((place, values))

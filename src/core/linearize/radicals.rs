@@ -15,13 +15,26 @@ const MOST_TERMS: usize = 16;
 /// Nor are roots of a higher order.
 const HIGHEST: u32 = 48;
 
-/// A sum of rational multiples of roots, or `None` for what is no such.
+/// A number that may be known exactly.
 #[derive(Clone, Debug)]
-pub(super) struct Exact(Option<Sum>);
+pub(super) enum Exact {
+    /// A sum of rational multiples of roots.
+    Roots(Sum),
+    /// A rational multiple of π, but 0: what angles are on the way to their functions.
+    Turns(Number),
+    /// Any other.
+    Unknown,
+}
+
+impl From<Option<Sum>> for Exact {
+    fn from(sum: Option<Sum>) -> Self {
+        sum.map_or(Self::Unknown, Self::Roots)
+    }
+}
 
 /// The first term is 0 only where the sum is; ratios of different roots are irrational.
 #[derive(Clone, Debug)]
-struct Sum {
+pub(super) struct Sum {
     first: Surd,
     others: Vec<Surd>,
 }
@@ -285,31 +298,35 @@ impl Field {
 const MOST_ROOTS: usize = 3;
 
 impl Exact {
-    pub(super) fn none() -> Self {
-        Self(None)
-    }
-
     /// factor·√radicand for a radicand that is positive.
     pub(super) fn new(factor: Number, radicand: Number) -> Self {
-        Self(Surd::new(factor, radicand, 2).map(Sum::single))
+        Surd::new(factor, radicand, 2).map(Sum::single).into()
     }
 
     pub(super) fn rational(factor: Option<Number>) -> Self {
-        Self(factor.and_then(|factor| Some(Sum::single(Surd::new(factor, Number::ONE, 1)?))))
+        factor.and_then(|factor| Some(Sum::single(Surd::new(factor, Number::ONE, 1)?))).into()
     }
 
     pub(super) fn of(surd: Surd) -> Self {
-        Self(Some(Sum::single(surd)))
+        Self::Roots(Sum::single(surd))
+    }
+
+    fn turns(number: Number) -> Self {
+        if number.is_zero() { Self::rational(Some(number)) } else { Self::Turns(number) }
+    }
+
+    fn sum(&self) -> Option<&Sum> {
+        if let Self::Roots(sum) = self { Some(sum) } else { None }
     }
 
     /// All terms, for 0 one that is 0; `None` for what is no such number.
     pub(super) fn terms(&self) -> Option<impl Iterator<Item = &Surd>> {
-        self.0.as_ref().map(Sum::terms)
+        self.sum().map(Sum::terms)
     }
 
     /// The only term.
     pub(super) fn single(&self) -> Option<&Surd> {
-        let sum = self.0.as_ref()?;
+        let sum = self.sum()?;
         sum.others.is_empty().then_some(&sum.first)
     }
 
@@ -326,7 +343,7 @@ impl Exact {
     }
 
     fn with(&self, other: &Self, f: impl Fn(&Sum, &Sum) -> Option<Sum>) -> Self {
-        Self(self.0.as_ref().zip(other.0.as_ref()).and_then(|(a, b)| f(a, b)))
+        self.sum().zip(other.sum()).and_then(|(a, b)| f(a, b)).into()
     }
 
     fn is_positive(&self) -> Option<bool> {
@@ -336,20 +353,46 @@ impl Exact {
         let value = self.in_numbers::<Ball>(())?;
         (!value.contains_zero()).then(|| value.is_positive())
     }
+
+    /// The cosine of a multiple of π, where that is one of π/12.
+    fn cosine(turns: &Number) -> Self {
+        let twelfths = turns.mul(&Number::from(12)).rem_floor(&Number::from(24));
+        let Some(at) = twelfths.and_then(|own| own.to_i64()) else { return Self::Unknown };
+        let at = at.min(24 - at);
+        let root = |quarters: i64, radicand: i64| {
+            Number::ratio(quarters, 4).map_or(Self::Unknown, |factor| Self::new(factor, Number::from(radicand)))
+        };
+        let own = match at.min(12 - at) {
+            0 => root(4, 1),
+            1 => root(1, 6).add(&root(1, 2)),
+            2 => root(2, 3),
+            3 => root(2, 2),
+            4 => root(2, 1),
+            5 => root(1, 6).sub(&root(1, 2)),
+            _ => root(0, 1),
+        };
+        if at > 6 { own.neg() } else { own }
+    }
 }
 
 impl Scalar for Exact {
     type Precision = ();
 
     fn from_number(number: &Number, (): ()) -> Self {
-        Self(Some(Sum::single(Surd::rational(number.clone()))))
+        Self::of(Surd::rational(number.clone()))
     }
 
     fn pi((): ()) -> Self {
-        Self(None)
+        Self::Turns(Number::ONE)
     }
 
     fn add(&self, other: &Self) -> Self {
+        match (self, other) {
+            (Self::Turns(a), Self::Turns(b)) => return Self::turns(a.add(b)),
+            (Self::Turns(_), zero) if zero.is_exact_zero() => return self.clone(),
+            (zero, Self::Turns(_)) if zero.is_exact_zero() => return other.clone(),
+            _ => {}
+        }
         self.with(other, |a, b| {
             if a.first.factor.is_zero() {
                 return Some(b.clone());
@@ -366,21 +409,34 @@ impl Scalar for Exact {
     }
 
     fn mul(&self, other: &Self) -> Self {
+        if let (Self::Turns(turns), other) | (other, Self::Turns(turns)) = (self, other) {
+            return other.as_rational().map_or(Self::Unknown, |by| Self::turns(turns.mul(by)));
+        }
         // Zero times anything finite is zero, but what is no such number may not be finite.
         self.with(other, Sum::mul)
     }
 
     fn div(&self, other: &Self) -> Self {
+        if let Self::Turns(turns) = self {
+            return match other {
+                Self::Turns(other) => Self::rational(turns.div(other)),
+                _ => other.as_rational().and_then(|by| turns.div(by)).map_or(Self::Unknown, Self::turns),
+            };
+        }
         self.with(other, |a, b| a.mul(&b.recip()?))
     }
 
     fn neg(&self) -> Self {
-        Self(self.0.as_ref().map(Sum::neg))
+        match self {
+            Self::Roots(sum) => Self::Roots(sum.neg()),
+            Self::Turns(turns) => Self::Turns(turns.neg()),
+            Self::Unknown => Self::Unknown,
+        }
     }
 
     fn powi(&self, exponent: i32) -> Self {
         if let Some(own) = self.single() {
-            return Self(own.power(exponent, 1).map(Sum::single));
+            return own.power(exponent, 1).map(Sum::single).into();
         }
         let one = Self::rational(Some(Number::ONE));
         let power = power(self, exponent.unsigned_abs(), Self::mul).unwrap_or_else(|| one.clone());
@@ -392,7 +448,7 @@ impl Scalar for Exact {
             return self.clone();
         }
         let root = self.single().and_then(|own| own.power(1, 2));
-        Self(root.map(Sum::single))
+        root.map(Sum::single).into()
     }
 
     fn pow(&self, exponent: &Self) -> Self {
@@ -401,11 +457,11 @@ impl Scalar for Exact {
             let numerator = i32::try_from(exponent.numerator()).ok()?;
             let denominator = u32::try_from(exponent.denominator()).ok()?;
             if denominator == 1 {
-                return self.powi(numerator).0;
+                return Some(self.powi(numerator));
             }
-            self.single()?.power(numerator, denominator).map(Sum::single)
+            self.single()?.power(numerator, denominator).map(Self::of)
         };
-        Self(power())
+        power().unwrap_or(Self::Unknown)
     }
 
     fn apply(&self, function: Function) -> Self {
@@ -415,10 +471,19 @@ impl Scalar for Exact {
                 Some(false) => self.neg(),
                 Some(true) => self.clone(),
                 None if self.is_exact_zero() => self.clone(),
-                None => Self(None),
+                None => Self::Unknown,
             };
         }
-        let Some(a) = self.as_rational() else { return Self(None) };
+        if let Self::Turns(turns) = self {
+            let sine = || Self::cosine(&Number::half().sub(turns));
+            return match function {
+                Function::Cos => Self::cosine(turns),
+                Function::Sin => sine(),
+                Function::Tan => sine().div(&Self::cosine(turns)),
+                _ => Self::Unknown,
+            };
+        }
+        let Some(a) = self.as_rational() else { return Self::Unknown };
         let (zero, one) = (a.is_zero(), a.is_one());
         Self::rational(match function {
             Function::Sin | Function::Tan | Function::Asin | Function::Atan | Function::Sinh | Function::Tanh => {
@@ -436,10 +501,10 @@ impl Scalar for Exact {
     }
 
     fn is_finite(&self) -> bool {
-        self.0.is_some()
+        self.sum().is_some()
     }
 
     fn is_exact_zero(&self) -> bool {
-        self.0.as_ref().is_some_and(|sum| sum.first.factor.is_zero())
+        self.sum().is_some_and(|sum| sum.first.factor.is_zero())
     }
 }
