@@ -64,6 +64,8 @@ pub(super) struct Written<'a> {
     constant: bool,
     /// M, h, J, gamma, velocities that follow.
     outputs: Vec<ExprId>,
+    /// What absolute values in these are taken of, where |x| is s x, and the signs s. Not for proofs.
+    signs: Vec<(ExprId, Symbol)>,
     surface: Vec<ExprId>,
     energy: Option<ExprId>,
 }
@@ -116,8 +118,22 @@ impl<'a> Written<'a> {
         let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
         let constant = !moves(model, &pool, time, &[&inertia[..], &slopes].concat());
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
-        let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
-        shorten(&mut pool, &mut outputs, most);
+        let mut signs = Vec::new();
+        let inputs = inputs(time, &coordinates, &velocities);
+        let mut put_signs = |pool: &mut Pool, outputs: &mut Vec<ExprId>| {
+            let (smooth, more) = pool.with_signs(outputs, |symbol| inputs.contains(&symbol));
+            *outputs = smooth;
+            signs.extend(more);
+        };
+        if for_proofs {
+            shorten(&mut pool, &mut outputs, MOST_SHORTENED_FOR_PROOFS);
+        } else {
+            // The shortest form may divide by what is 0 at a kink: x + |x|/x is (x² + |x|)/x.
+            put_signs(&mut pool, &mut outputs);
+            shorten(&mut pool, &mut outputs, MOST_SHORTENED);
+            // Roots of sums that are squares.
+            put_signs(&mut pool, &mut outputs);
+        }
         // A condition with a part without velocities, as a moving belt, does work.
         let idle = conditions.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
@@ -135,12 +151,14 @@ impl<'a> Written<'a> {
             constraints: count,
             constant,
             outputs,
+            signs,
             surface,
             energy,
         })
     }
 
-    /// The equations in independent velocities, where conditions on velocities are solved for the others everywhere.
+    /// The equations in independent velocities, where conditions on velocities are solved for the others everywhere: not beside
+    /// absolute values, at the kinks of which such forms may divide by 0.
     fn independent(model: &'a Model) -> Option<Self> {
         let (mut pool, found) = without_multipliers(model)?;
         let coordinates: Vec<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
@@ -164,6 +182,10 @@ impl<'a> Written<'a> {
         }
         outputs = pool.substitute(&outputs, &known_values(model));
         shorten(&mut pool, &mut outputs, MOST_SHORTENED);
+        let inputs = inputs(time, &coordinates, &velocities);
+        if !pool.with_signs(&outputs, |symbol| inputs.contains(&symbol)).1.is_empty() {
+            return None;
+        }
         Some(Self {
             constant: !moves(model, &pool, time, &outputs[..mass.len()]),
             model,
@@ -177,6 +199,7 @@ impl<'a> Written<'a> {
             gradients: Vec::new(),
             constraints: 0,
             outputs,
+            signs: Vec::new(),
             surface: Vec::new(),
             energy: None,
         })
@@ -184,8 +207,7 @@ impl<'a> Written<'a> {
 
     /// The time, the coordinates and the velocities.
     fn inputs(&self) -> Vec<Symbol> {
-        let state = self.coordinates.iter().chain(&self.velocities);
-        std::iter::once(&self.time).chain(state).copied().collect()
+        inputs(self.time, &self.coordinates, &self.velocities)
     }
 
     fn compile(&self, roots: &[ExprId], inputs: &[Symbol]) -> Result<Tape, MotionError> {
@@ -227,11 +249,10 @@ impl<'a> Written<'a> {
 
     fn compiled(mut self) -> Result<Equations, MotionError> {
         let inputs = self.inputs();
-        let (mut smooth, signs) = self.pool.with_signs(&self.outputs, |symbol| inputs.contains(&symbol));
-        let (kinks, own): (Vec<ExprId>, Vec<Symbol>) = signs.iter().copied().unzip();
-        smooth.extend_from_slice(&kinks);
+        let (kinks, own): (Vec<ExprId>, Vec<Symbol>) = self.signs.iter().copied().unzip();
+        let smooth = [self.outputs.as_slice(), &kinks].concat();
         let with_signs = [inputs.as_slice(), &own].concat();
-        let kinks = absolute_again(&mut self.pool, &signs);
+        let kinks = absolute_again(&mut self.pool, &self.signs);
         let speeds = &self.outputs[self.outputs.len() - self.bound.len()..];
         Ok(Equations {
             coordinates: self.coordinates.len(),
@@ -282,11 +303,15 @@ impl Equations {
         matrix
     }
 
-    /// The same in independent velocities, where conditions on velocities are solved for the others everywhere. Beside
-    /// absolute values the shortest form may divide by what vanishes at their kinks.
+    /// See [`Written::independent`].
     pub(super) fn independent(model: &Model) -> Option<Self> {
-        Written::independent(model)?.compiled().ok().filter(|own| own.kinks.outputs() == 0)
+        Written::independent(model)?.compiled().ok()
     }
+}
+
+/// The time, the coordinates and the velocities.
+fn inputs(time: Symbol, coordinates: &[Symbol], velocities: &[Symbol]) -> Vec<Symbol> {
+    [&[time], coordinates, velocities].concat()
 }
 
 /// What signs stand for, in expressions that [`Pool::with_signs`] gave: |x|/x for each, in order, as x may hold signs that
