@@ -219,6 +219,10 @@ fn equilibria_in_a_box_and_over_a_parameter() {
         *word = "large".into();
         assert!(schema.refuses(&value), "{more:?}");
     }
+    // A value at which a pitchfork is.
+    let well = "param a = 1  coord x  T = 1/2*x'^2  V = x^4/4 - a*x^2/2";
+    let found = with_input(&["equilibria", "-", "--box", "x=-3..3", "--over", "a=-1..1:5"], well).out;
+    assert!(found.contains("stable, neutral at 0, unstable behind it"), "{found}");
 }
 
 /// What the language promises of the columns, of resonances and of wrong words.
