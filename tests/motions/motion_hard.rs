@@ -211,6 +211,10 @@ fn kinks_are_passed_where_the_inertia_changes() {
         let off = x + x.powi(3) / 3.0 - same[0].mid_f64();
         assert!(off.abs() < 1e-14, "{off:e}");
     }
+    // One in another, as of a clearance: a mass of 2 is drawn back by 1, and beyond 1/2 driven on; x = 0 at t = 2 √6 - 2.
+    let clear = model("coord x  T = x'^2  V = abs(abs(x) - 1/2)");
+    let x = motion(&clear, "x=2", "4", 3).rows.iter().map(|row| row[0].mid_f64()).collect::<Vec<_>>();
+    assert!((x[1] - 1.0).abs() < 1e-15 && (x[2] - 38.0 + 16.0 * 6.0_f64.sqrt()).abs() < 1e-13, "{x:?}");
     // From the kink itself.
     assert_eq!(motion(&bent, "x=0, x'=1", "2", 3).rows.len(), 3);
 }

@@ -83,6 +83,9 @@ impl<'a> Written<'a> {
         let known = known_values(model);
         let conditions = &without_dependent(model).rolling;
         let mut mechanics = Mechanics::new(model, model.pool.clone(), &known);
+        let lagrangian = mechanics.lagrangian;
+        // What is differentiated, or brought to its shortest form, may divide by what is 0 at a kink: x + |x|/x is (x² + |x|)/x.
+        let mut signs = if for_proofs { Vec::new() } else { mechanics.put_signs() };
         let equations = mechanics.equations();
         let (mut mass, mut inertia) = (Vec::new(), Vec::new());
         for (i, equation) in equations.iter().enumerate() {
@@ -115,10 +118,9 @@ impl<'a> Written<'a> {
         let count = rates.len();
         let nothing = vec![mechanics.pool.zero(); conditions.len()];
         let surface = [constraints, nothing, rates].concat();
-        let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
-        let constant = !moves(model, &pool, time, &[&inertia[..], &slopes].concat());
+        let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
+        let constant = !moves(model, &pool, time, &signs, &[&inertia[..], &slopes].concat());
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
-        let mut signs = Vec::new();
         let inputs = inputs(time, &coordinates, &velocities);
         let mut put_signs = |pool: &mut Pool, outputs: &mut Vec<ExprId>| {
             let (smooth, more) = pool.with_signs(outputs, |symbol| inputs.contains(&symbol));
@@ -128,16 +130,19 @@ impl<'a> Written<'a> {
         if for_proofs {
             shorten(&mut pool, &mut outputs, MOST_SHORTENED_FOR_PROOFS);
         } else {
-            // The shortest form may divide by what is 0 at a kink: x + |x|/x is (x² + |x|)/x.
+            // Those of constraints, and then roots of sums that are squares.
             put_signs(&mut pool, &mut outputs);
             shorten(&mut pool, &mut outputs, MOST_SHORTENED);
-            // Roots of sums that are squares.
             put_signs(&mut pool, &mut outputs);
         }
         // A condition with a part without velocities, as a moving belt, does work.
         let idle = conditions.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
-        let energy = conserved.then(|| energy(&mut pool, lagrangian, &equations, &velocities));
+        let energy = conserved.then(|| {
+            let energy = energy(&mut pool, lagrangian, &equations, &velocities);
+            let sizes = absolute_again(&mut pool, &signs).1;
+            pool.substitute_one(energy, &sizes)
+        });
         Ok(Self {
             model,
             pool,
@@ -187,7 +192,7 @@ impl<'a> Written<'a> {
             return None;
         }
         Some(Self {
-            constant: !moves(model, &pool, time, &outputs[..mass.len()]),
+            constant: !moves(model, &pool, time, &[], &outputs[..mass.len()]),
             model,
             pool,
             time,
@@ -252,7 +257,7 @@ impl<'a> Written<'a> {
         let (kinks, own): (Vec<ExprId>, Vec<Symbol>) = self.signs.iter().copied().unzip();
         let smooth = [self.outputs.as_slice(), &kinks].concat();
         let with_signs = [inputs.as_slice(), &own].concat();
-        let kinks = absolute_again(&mut self.pool, &self.signs);
+        let kinks = absolute_again(&mut self.pool, &self.signs).0;
         let speeds = &self.outputs[self.outputs.len() - self.bound.len()..];
         Ok(Equations {
             coordinates: self.coordinates.len(),
@@ -314,9 +319,9 @@ fn inputs(time: Symbol, coordinates: &[Symbol], velocities: &[Symbol]) -> Vec<Sy
     [&[time], coordinates, velocities].concat()
 }
 
-/// What signs stand for, in expressions that [`Pool::with_signs`] gave: |x|/x for each, in order, as x may hold signs that
-/// stand before its own.
-fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
+/// What signs are of, in expressions that [`Pool::with_signs`] gave, and what they stand for: |x|/x for each, in order, as x may
+/// hold signs that stand before its own.
+fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> (Vec<ExprId>, Substitution) {
     let mut known = Substitution::default();
     let mut values = Vec::with_capacity(signs.len());
     for (x, sign) in signs {
@@ -326,7 +331,7 @@ fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
         known.insert(*sign, own);
         values.push(x);
     }
-    values
+    (values, known)
 }
 
 /// Brings small equations to their shortest form: what is left of cos a cos b + sin a sin b is computed in every order
@@ -344,8 +349,9 @@ fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>, most: usize) {
 }
 
 /// Whether expressions change along a motion.
-fn moves(model: &Model, pool: &Pool, time: Symbol, all: &[ExprId]) -> bool {
+fn moves(model: &Model, pool: &Pool, time: Symbol, signs: &[(ExprId, Symbol)], all: &[ExprId]) -> bool {
     let moves = |kind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Velocity(_));
+    let is_sign = |symbol| signs.iter().any(|(_, sign)| *sign == symbol);
     let mut symbols = pool.symbols_of(all).into_iter();
-    symbols.any(|symbol| symbol == time || model.symbols.get(symbol).is_some_and(moves))
+    symbols.any(|symbol| symbol == time || is_sign(symbol) || model.symbols.get(symbol).is_some_and(moves))
 }
