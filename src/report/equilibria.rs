@@ -205,7 +205,7 @@ pub fn diagram_text(model: &Model, diagram: &Diagram, style: &Style) -> String {
     out
 }
 
-/// `stable, unstable from 8`; a bifurcation is neutral just there, and what begins behind it begins with it.
+/// `stable, unstable from 8`, or behind a bifurcation `stable, neutral at 8, unstable behind it`: what begins there begins with it.
 fn stabilities(branch: &Branch, diagram: &Diagram) -> String {
     let mut parts: Vec<String> = Vec::new();
     let mut last = None;
@@ -218,8 +218,11 @@ fn stabilities(branch: &Branch, diagram: &Diagram) -> String {
         }
         if last != Some(own.stability) {
             let word = own.stability.as_str();
-            let from = short(turning.unwrap_or(value));
-            parts.push(if last.is_none() { word.to_owned() } else { format!("{word} from {from}") });
+            parts.push(match (last, turning) {
+                (None, _) => word.to_owned(),
+                (Some(_), None) => format!("{word} from {}", short(value)),
+                (Some(_), Some(turning)) => format!("neutral at {}, {word} behind it", short(turning)),
+            });
             last = Some(own.stability);
         }
         turning = None;

@@ -110,6 +110,18 @@ impl<'a> Mechanics<'a> {
         at_rest && is_gradient(&mut self.pool, &slopes)
     }
 
+    /// Puts s x in for each absolute value |x| before anything is differentiated: gives these x with their signs s.
+    pub(crate) fn put_signs(&mut self) -> Vec<(ExprId, Symbol)> {
+        let Self { coordinates, velocities, time, .. } = self;
+        let moves = |symbol| symbol == *time || coordinates.contains(&symbol) || velocities.contains(&symbol);
+        let roots = [&[self.lagrangian], self.drags.as_slice()].concat();
+        let (smooth, signs) = self.pool.with_signs(&roots, moves);
+        if let [lagrangian, drags @ ..] = smooth.as_slice() {
+            (self.lagrangian, self.drags) = (*lagrangian, drags.to_vec());
+        }
+        signs
+    }
+
     /// The equations, one a coordinate.
     pub(crate) fn equations(&mut self) -> Vec<Equation> {
         let forces = self.pool.gradient(self.lagrangian, &self.coordinates);

@@ -192,6 +192,17 @@ x[2],resonance,3.464101615,inf,,
     ];
     let found = run(&silent);
     assert!(found.err.contains("peaks of phi[1] are not decided at omega near 3.189044"), "{}", found.err);
+    // The mode of y at √1.04, which is not excited, cuts off the flank of the peak; farther away it does not.
+    for (square, cut) in [("1.04", ", nor all half-power points of the maximum at 0.9974969"), ("3", "")] {
+        let text = format!(
+            "coord u, y  T = 1/2*u'^2 + 1/2*(y' + u')^2  V = 1/2*u^2 + 1/2*{square}*(y + u)^2  dissipation = 1/20*u'^2"
+        );
+        let found =
+            with_input(&["response", "-", "--input", "u", "--output", "u", "--over", "omega=0..2", "--peaks"], &text);
+        let warning = found.err.lines().next().unwrap_or_default();
+        assert!(warning.contains("not decided at omega near") && warning.ends_with(cut), "{}", found.err);
+        assert_eq!(warning.contains("half-power"), !cut.is_empty(), "{warning}");
+    }
 }
 
 #[test]
@@ -208,6 +219,10 @@ fn equilibria_in_a_box_and_over_a_parameter() {
         *word = "large".into();
         assert!(schema.refuses(&value), "{more:?}");
     }
+    // A value at which a pitchfork is.
+    let well = "param a = 1  coord x  T = 1/2*x'^2  V = x^4/4 - a*x^2/2";
+    let found = with_input(&["equilibria", "-", "--box", "x=-3..3", "--over", "a=-1..1:5"], well).out;
+    assert!(found.contains("stable, neutral at 0, unstable behind it"), "{found}");
 }
 
 /// What the language promises of the columns, of resonances and of wrong words.

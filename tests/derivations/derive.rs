@@ -358,6 +358,10 @@ fn what_has_no_matrices_says_why() {
     assert!(reason.contains("time"), "{reason}");
     assert_eq!(json["equations"].as_array().unwrap().len(), 1);
     assert_eq!(json["conserved"].as_array().unwrap().len(), 0);
+    // Where the force has a value, its derivative need not have one.
+    let corner = model("coord x  T = x'^2*(1 + x^2)  V = 2*x^2 + x*abs(x)");
+    let reason = derive(&corner, &Parts::all()).unwrap().linear.unwrap_err().to_string();
+    assert!(reason.starts_with("a second derivative of the energies is not defined"), "{reason}");
     // A point that is no equilibrium is a mistake of the model.
     let wrong = model("param k = 1  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  equilibrium x = 1");
     let error = derive(&wrong, &Parts::all()).unwrap_err();

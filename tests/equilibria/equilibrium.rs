@@ -89,6 +89,13 @@ fn forces_vanish_near_the_guess() {
             guess x = 0.86  guess y = 0.8",
         &[0.861_515_106_068_522, 0.801_005_834_644_672_4],
     );
+    // Only from where the energy is least Newton's method gets there.
+    near(
+        "coord q1, q2, q3  T = q1'^2 + q2'^2 + q3'^2  force q1 = 3*q1/5
+         V = 3*q1^2/2 + 3*q2^2/2 + 2*q3^2 + (-q1/2 + 3*q2 - q3^2)^2 + (4*q1^2 + 2*q1 + 2*q2 - q3/2 - 3)^2/10
+             + cos(q1/2 - 3*q2 + q3^2)",
+        &[0.472_805_290_346_756_8, 0.091_418_936_037_873_81, -0.024_584_990_189_903_85],
+    );
     // From a start without stiffness there is no way.
     let error = at("coord x  T = 1/2*x'^2  force x = 3 - x^3").unwrap_err();
     assert!(matches!(error, LinearizeError::EquilibriumNotFound { .. }), "{error:?}");

@@ -2,7 +2,9 @@
 #![cfg(feature = "engine")]
 
 use dashu_int::IBig;
+use librate::linearize::{LinearizeError, linearize};
 use librate::modes::{Kind, Limit, Options, Stability};
+use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::Ball;
 use librate_core::modes::ModesError;
 use librate_core::modes::exponents::{Exponents, QuadraticProblem, QuadraticSource, Structure, exponents};
@@ -41,20 +43,38 @@ fn close(found: &Ball, expected: Ball) {
 
 const I2: &[&[f64]] = &[&[1.0, 0.0], &[0.0, 1.0]];
 
+fn of_model(text: &str) -> Result<NormalModes, LinearizeError> {
+    let file = librate::syntax::parse(text).unwrap();
+    let model = librate::model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+    normal_modes(&linearize(model)?, &Options::default())
+}
+
+/// In r = x + 4 z the first is s² + s + 10 = 0, and z is free; doubles do not tell this M from a singular one.
+#[test]
+fn inertias_over_sixteen_decades() {
+    let modes = |sign: &str| {
+        of_model(&format!(
+            "coord x, z  T = 1/2*1e8*(x' + 4*z')^2 {sign} 1/2*1e-8*z'^2  V = 1/2*1e9*(x + 4*z)^2
+             dissipation = 1/2*1e8*(x' + 4*z')^2"
+        ))
+    };
+    let found = modes("+").unwrap().modes;
+    assert_eq!((found[0].kind, found[1].kind, found[1].growth.mid_f64()), (Kind::Zero, Kind::Damped, -0.5));
+    close(&found[1].omega, Ball::exact(9.75).sqrt());
+    assert!(modes("-").is_err());
+}
+
 /// A motor turns a disc against friction, at the rate at which both balance: for these values, not for all.
 #[test]
 fn a_rate_is_kept_at_the_values() {
     let modes = |rate: &str| {
-        let text = format!(
+        of_model(&format!(
             "param J = 0.5, c = 3, tau = 6  coord phi  T = 1/2*J*phi'^2  force phi = tau - c*phi'  equilibrium phi' = {rate}"
-        );
-        let file = librate::syntax::parse(&text).unwrap();
-        let model = librate::model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
-        librate::oscillation::normal_modes(&librate::linearize::linearize(model)?, &Options::default())
+        ))
     };
     let found = modes("2").unwrap().modes;
     assert_eq!((found[0].kind, found[1].kind, found[1].growth.mid_f64()), (Kind::Zero, Kind::Overdamped, -6.0));
-    assert!(matches!(modes("3"), Err(librate::linearize::LinearizeError::RateNotKept { .. })));
+    assert!(matches!(modes("3"), Err(LinearizeError::RateNotKept { .. })));
 }
 
 #[test]

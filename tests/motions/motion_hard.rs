@@ -200,6 +200,25 @@ fn steps_end_at_kinks() {
     check("drag", &drag, &motion(&drag, "x=1", "10", 5), 20);
 }
 
+/// The same in u = x + x³/3, where the inertia is that of 1.
+#[test]
+fn kinks_are_passed_where_the_inertia_changes() {
+    let bent = model("coord x  T = 1/2*(x'*(1 + x^2))^2  V = 1/2*(x + x^3/3)^2 + abs(x)*(1 + x^2/3)");
+    let found = motion(&bent, "x=1", "12", 13);
+    let plain = model("coord u  T = 1/2*u'^2  V = 1/2*u^2 + abs(u)");
+    for (row, same) in found.rows.iter().zip(&motion(&plain, "u=4/3", "12", 13).rows) {
+        let x = row[0].mid_f64();
+        let off = x + x.powi(3) / 3.0 - same[0].mid_f64();
+        assert!(off.abs() < 1e-14, "{off:e}");
+    }
+    // One in another, as of a clearance: a mass of 2 is drawn back by 1, and beyond 1/2 driven on; x = 0 at t = 2 √6 - 2.
+    let clear = model("coord x  T = x'^2  V = abs(abs(x) - 1/2)");
+    let x = motion(&clear, "x=2", "4", 3).rows.iter().map(|row| row[0].mid_f64()).collect::<Vec<_>>();
+    assert!((x[1] - 1.0).abs() < 1e-15 && (x[2] - 38.0 + 16.0 * 6.0_f64.sqrt()).abs() < 1e-13, "{x:?}");
+    // From the kink itself.
+    assert_eq!(motion(&bent, "x=0, x'=1", "2", 3).rows.len(), 3);
+}
+
 #[test]
 fn kinks_of_several_coordinates_meet() {
     // Twice the same ball, and a third one on its own: kinks at the same time and at others.

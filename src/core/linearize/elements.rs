@@ -311,6 +311,12 @@ impl Element {
         self.with_entries(&new)
     }
 
+    /// Whether the force has no value at a point.
+    pub(crate) fn has_no_force_at(&self, pool: &mut Pool, values: &Substitution) -> bool {
+        let here = self.substituted(pool, values);
+        here.slope.iter().map(|(_, entry)| *entry).chain([here.first]).any(|e| pool.is_undefined(e))
+    }
+
     /// Whether force or stiffness has no value at a point. That phi'' has none is no matter where ∇s is 0: where phi' has
     /// a value, phi''·∇s∇sᵀ goes to 0 there.
     pub(crate) fn is_undefined_at(&self, pool: &mut Pool, values: &Substitution) -> bool {

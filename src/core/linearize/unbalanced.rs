@@ -11,6 +11,7 @@ use super::error::LinearizeError;
 use super::precise;
 use crate::expr::{ExprId, Pool};
 use crate::model::{Given, Local, Model, TermFamily};
+use crate::number::Number;
 use crate::precision::{Ball, Big};
 
 /// Forces as a potential in twice as many coordinates, and the equilibrium there.
@@ -41,7 +42,22 @@ pub(super) fn find(search: &Search<'_>) -> Result<(Equilibrium, Option<Unbalance
     let mut doubled = doubled(model, assembly);
     let own = assemble::assemble(&mut doubled);
     let known = own.values::<Ball>(&doubled, ())?;
-    let found = equilibrium::find(&Search::new(&doubled, &own, &known, 2 * count))?;
+    let mut found = equilibrium::find(&Search::new(&doubled, &own, &known, 2 * count));
+    // Where that search ends, from an equilibrium of the energies alone, which has a way down.
+    if visible == count && matches!(found, Err(LinearizeError::EquilibriumNotFound { .. })) {
+        let mut conservative = assembly.clone();
+        conservative.velocity.clear();
+        if let Ok(near) = equilibrium::find(&Search::new(model, &conservative, values, visible)) {
+            for (i, place) in near.values.iter().enumerate() {
+                let value = Number::from_f64_exact(place.mid_f64()).unwrap_or_default();
+                let symbolic = doubled.pool.number(value);
+                let span = model.coordinates.at(i).span;
+                doubled.guesses.set(i, Some(Given { symbolic, value: Some(symbolic), span }));
+            }
+            found = equilibrium::find(&Search::new(&doubled, &own, &known, 2 * count)).or(found);
+        }
+    }
+    let found = found?;
     let equilibrium = found.first(count);
     // Forces on what is given are not among those that were brought to zero.
     let force = assembly.gradient(&equilibrium.values, values);

@@ -88,11 +88,11 @@ impl Assembly {
         let place = self.instances().find_map(|(family, at)| {
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
             let logarithms = pool.substitute(&family.logarithms, &map);
-            let mut undefined =
-                |elements: &[Element]| elements.iter().any(|element| element.is_undefined_at(&mut pool, &map));
-            let what = if undefined(&family.potential) {
+            let forceless = family.potential.iter().any(|element| element.has_no_force_at(&mut pool, &map));
+            let mut elements = family.potential.iter().chain(&family.inertia);
+            let what = if forceless {
                 "the force"
-            } else if undefined(&family.inertia) {
+            } else if elements.any(|element| element.is_undefined_at(&mut pool, &map)) {
                 "a second derivative of the energies"
             } else if logarithms.iter().any(|e| pool.is_undefined(*e)) {
                 "the energy"

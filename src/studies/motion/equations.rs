@@ -64,6 +64,8 @@ pub(super) struct Written<'a> {
     constant: bool,
     /// M, h, J, gamma, velocities that follow.
     outputs: Vec<ExprId>,
+    /// What absolute values in these are taken of, where |x| is s x, and the signs s. Not for proofs.
+    signs: Vec<(ExprId, Symbol)>,
     surface: Vec<ExprId>,
     energy: Option<ExprId>,
 }
@@ -81,6 +83,9 @@ impl<'a> Written<'a> {
         let known = known_values(model);
         let conditions = &without_dependent(model).rolling;
         let mut mechanics = Mechanics::new(model, model.pool.clone(), &known);
+        let lagrangian = mechanics.lagrangian;
+        // What is differentiated, or brought to its shortest form, may divide by what is 0 at a kink: x + |x|/x is (x² + |x|)/x.
+        let mut signs = if for_proofs { Vec::new() } else { mechanics.put_signs() };
         let equations = mechanics.equations();
         let (mut mass, mut inertia) = (Vec::new(), Vec::new());
         for (i, equation) in equations.iter().enumerate() {
@@ -113,15 +118,31 @@ impl<'a> Written<'a> {
         let count = rates.len();
         let nothing = vec![mechanics.pool.zero(); conditions.len()];
         let surface = [constraints, nothing, rates].concat();
-        let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
-        let constant = !moves(model, &pool, time, &[&inertia[..], &slopes].concat());
+        let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
+        let constant = !moves(model, &pool, time, &signs, &[&inertia[..], &slopes].concat());
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
-        let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
-        shorten(&mut pool, &mut outputs, most);
+        let inputs = inputs(time, &coordinates, &velocities);
+        let mut put_signs = |pool: &mut Pool, outputs: &mut Vec<ExprId>| {
+            let (smooth, more) = pool.with_signs(outputs, |symbol| inputs.contains(&symbol));
+            *outputs = smooth;
+            signs.extend(more);
+        };
+        if for_proofs {
+            shorten(&mut pool, &mut outputs, MOST_SHORTENED_FOR_PROOFS);
+        } else {
+            // Those of constraints, and then roots of sums that are squares.
+            put_signs(&mut pool, &mut outputs);
+            shorten(&mut pool, &mut outputs, MOST_SHORTENED);
+            put_signs(&mut pool, &mut outputs);
+        }
         // A condition with a part without velocities, as a moving belt, does work.
         let idle = conditions.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
-        let energy = conserved.then(|| energy(&mut pool, lagrangian, &equations, &velocities));
+        let energy = conserved.then(|| {
+            let energy = energy(&mut pool, lagrangian, &equations, &velocities);
+            let sizes = absolute_again(&mut pool, &signs).1;
+            pool.substitute_one(energy, &sizes)
+        });
         Ok(Self {
             model,
             pool,
@@ -135,12 +156,14 @@ impl<'a> Written<'a> {
             constraints: count,
             constant,
             outputs,
+            signs,
             surface,
             energy,
         })
     }
 
-    /// The equations in independent velocities, where conditions on velocities are solved for the others everywhere.
+    /// The equations in independent velocities, where conditions on velocities are solved for the others everywhere: not beside
+    /// absolute values, at the kinks of which such forms may divide by 0.
     fn independent(model: &'a Model) -> Option<Self> {
         let (mut pool, found) = without_multipliers(model)?;
         let coordinates: Vec<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
@@ -164,8 +187,12 @@ impl<'a> Written<'a> {
         }
         outputs = pool.substitute(&outputs, &known_values(model));
         shorten(&mut pool, &mut outputs, MOST_SHORTENED);
+        let inputs = inputs(time, &coordinates, &velocities);
+        if !pool.with_signs(&outputs, |symbol| inputs.contains(&symbol)).1.is_empty() {
+            return None;
+        }
         Some(Self {
-            constant: !moves(model, &pool, time, &outputs[..mass.len()]),
+            constant: !moves(model, &pool, time, &[], &outputs[..mass.len()]),
             model,
             pool,
             time,
@@ -177,6 +204,7 @@ impl<'a> Written<'a> {
             gradients: Vec::new(),
             constraints: 0,
             outputs,
+            signs: Vec::new(),
             surface: Vec::new(),
             energy: None,
         })
@@ -184,8 +212,7 @@ impl<'a> Written<'a> {
 
     /// The time, the coordinates and the velocities.
     fn inputs(&self) -> Vec<Symbol> {
-        let state = self.coordinates.iter().chain(&self.velocities);
-        std::iter::once(&self.time).chain(state).copied().collect()
+        inputs(self.time, &self.coordinates, &self.velocities)
     }
 
     fn compile(&self, roots: &[ExprId], inputs: &[Symbol]) -> Result<Tape, MotionError> {
@@ -227,11 +254,10 @@ impl<'a> Written<'a> {
 
     fn compiled(mut self) -> Result<Equations, MotionError> {
         let inputs = self.inputs();
-        let (mut smooth, signs) = self.pool.with_signs(&self.outputs, |symbol| inputs.contains(&symbol));
-        let (kinks, own): (Vec<ExprId>, Vec<Symbol>) = signs.iter().copied().unzip();
-        smooth.extend_from_slice(&kinks);
+        let (kinks, own): (Vec<ExprId>, Vec<Symbol>) = self.signs.iter().copied().unzip();
+        let smooth = [self.outputs.as_slice(), &kinks].concat();
         let with_signs = [inputs.as_slice(), &own].concat();
-        let kinks = absolute_again(&mut self.pool, &signs);
+        let kinks = absolute_again(&mut self.pool, &self.signs).0;
         let speeds = &self.outputs[self.outputs.len() - self.bound.len()..];
         Ok(Equations {
             coordinates: self.coordinates.len(),
@@ -282,16 +308,20 @@ impl Equations {
         matrix
     }
 
-    /// The same in independent velocities, where conditions on velocities are solved for the others everywhere. Beside
-    /// absolute values the shortest form may divide by what vanishes at their kinks.
+    /// See [`Written::independent`].
     pub(super) fn independent(model: &Model) -> Option<Self> {
-        Written::independent(model)?.compiled().ok().filter(|own| own.kinks.outputs() == 0)
+        Written::independent(model)?.compiled().ok()
     }
 }
 
-/// What signs stand for, in expressions that [`Pool::with_signs`] gave: |x|/x for each, in order, as x may hold signs that
-/// stand before its own.
-fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
+/// The time, the coordinates and the velocities.
+fn inputs(time: Symbol, coordinates: &[Symbol], velocities: &[Symbol]) -> Vec<Symbol> {
+    [&[time], coordinates, velocities].concat()
+}
+
+/// What signs are of, in expressions that [`Pool::with_signs`] gave, and what they stand for: |x|/x for each, in order, as x may
+/// hold signs that stand before its own.
+fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> (Vec<ExprId>, Substitution) {
     let mut known = Substitution::default();
     let mut values = Vec::with_capacity(signs.len());
     for (x, sign) in signs {
@@ -301,7 +331,7 @@ fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
         known.insert(*sign, own);
         values.push(x);
     }
-    values
+    (values, known)
 }
 
 /// Brings small equations to their shortest form: what is left of cos a cos b + sin a sin b is computed in every order
@@ -319,8 +349,9 @@ fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>, most: usize) {
 }
 
 /// Whether expressions change along a motion.
-fn moves(model: &Model, pool: &Pool, time: Symbol, all: &[ExprId]) -> bool {
+fn moves(model: &Model, pool: &Pool, time: Symbol, signs: &[(ExprId, Symbol)], all: &[ExprId]) -> bool {
     let moves = |kind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Velocity(_));
+    let is_sign = |symbol| signs.iter().any(|(_, sign)| *sign == symbol);
     let mut symbols = pool.symbols_of(all).into_iter();
-    symbols.any(|symbol| symbol == time || model.symbols.get(symbol).is_some_and(moves))
+    symbols.any(|symbol| symbol == time || is_sign(symbol) || model.symbols.get(symbol).is_some_and(moves))
 }

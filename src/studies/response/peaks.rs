@@ -59,8 +59,8 @@ pub struct Peak {
     pub place: Ball,
     /// The amplitude in SI; `None` where it is infinite.
     pub amplitude: Option<Ball>,
-    /// Where below and above a maximum the amplitude has fallen to 1/√2 of it, half the power; `None` where it does not before the next minimum or
-    /// the end of the range.
+    /// Where below and above a maximum the amplitude has fallen to 1/√2 of it, half the power; `None` where it does not before the next minimum, the
+    /// end of the range or a piece that is not decided.
     pub half_power: [Option<Ball>; 2],
 }
 

@@ -1,6 +1,6 @@
 //! What is to be said of a response beside its numbers.
 
-use super::{Peaks, Response, Value};
+use super::{PeakKind, Peaks, Response, Value};
 use librate_core::diagnostic::Diagnostic;
 
 impl Response {
@@ -56,8 +56,30 @@ impl Peaks {
         let named: Vec<String> = self.undecided.iter().take(MOST).map(shown).collect();
         let more = self.undecided.len().saturating_sub(MOST);
         let more = if more > 0 { format!(" and at {more} more places") } else { String::new() };
-        let message = format!("peaks of {} are not decided at {parameter} {}{more}", self.coordinate, named.join(", "));
+        let cut: Vec<String> = self.cut().map(|place| short(place).to_string()).collect();
+        let cut = if cut.is_empty() {
+            String::new()
+        } else {
+            format!(", nor all half-power points of the maximum at {}", cut.join(", "))
+        };
+        let message =
+            format!("peaks of {} are not decided at {parameter} {}{more}{cut}", self.coordinate, named.join(", "));
         let help = "this happens at modes without friction that the force does not excite or that do not move this coordinate, and where friction leaves a coordinate at rest; with many modes, a shorter range helps; elsewhere no peak is missed";
         (!named.is_empty()).then(|| Diagnostic::remark(message).with_help(help))
+    }
+
+    /// Maxima without a half-power point up to where nothing is decided.
+    fn cut(&self) -> impl Iterator<Item = f64> {
+        let is_open = |from: f64, to: f64| self.undecided.iter().any(|[a, b]| a.min(*b) <= to && from <= a.max(*b));
+        let places = || self.found.iter().map(|peak| peak.place.mid_f64());
+        let maxima = self.found.iter().filter(|peak| peak.kind == PeakKind::Maximum);
+        maxima
+            .map(|peak| (peak.place.mid_f64(), &peak.half_power))
+            .filter(move |(at, [below, above])| {
+                let last = places().filter(|own| own < at).fold(f64::NEG_INFINITY, f64::max);
+                let next = places().filter(|own| own > at).fold(f64::INFINITY, f64::min);
+                below.is_none() && is_open(last, *at) || above.is_none() && is_open(*at, next)
+            })
+            .map(|(at, _)| at)
     }
 }

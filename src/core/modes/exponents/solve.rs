@@ -16,10 +16,12 @@ use super::start::start;
 use super::wide::{WideColumn, beyond};
 use super::{Exponents, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Structure};
 use crate::order::Gather;
-use crate::precision::{Ball, Big, Integers, sum_of_products};
+use crate::precision::{Ball, Big, Integers, has_pivots, sum_of_products};
 
 /// Rounds in double-double, the first one included.
 const ROUNDS: usize = 12;
+/// Inertias may differ by nearly so many bits.
+const BITS_OF_PIVOTS: usize = 1024;
 
 /// Columns with what is proved about them.
 pub(super) struct Solution {
@@ -48,14 +50,15 @@ pub fn exponents(
     let inner = &options.smaller(i64::from(scaled.power));
     let mut solution = match in_double_double(&scaled, inner) {
         // What doubles and double-double do not begin with, exact numbers may decide all the same.
-        Err(ModesError::NoConvergence) => {
+        Err(error @ (ModesError::NoConvergence | ModesError::MassNotDecided)) => {
             let facts = Facts::new(&scaled);
             let exact = source.integers();
+            let exact = exact.filter(|own| error == ModesError::NoConvergence || has_definite_mass(own, scaled.n));
             if let Some(found) = exact.and_then(|matrices| decided(&scaled, &matrices, &facts, options)) {
                 return Ok(found);
             }
             if problem.zero_vectors.is_empty() {
-                return Err(ModesError::NoConvergence);
+                return Err(error);
             }
             // Chains longer than those that are split off: without what is known of them, everything near 0 stays open.
             let open = QuadraticProblem { zero_vectors: Vec::new(), ..problem.clone() };
@@ -99,7 +102,7 @@ fn decided(scaled: &Scaled, matrices: &Integers, facts: &Facts, options: &Option
     let bits = 128 + 4 * options.digits;
     let pencil = Pencil { matrices, n };
     let values = pencil.values(&matrices.matrices[0], 0, bits);
-    let singular = !scaled.mass.is_positive_definite();
+    let singular = !has_definite_mass(matrices, n);
     let mass = |i: usize, j: usize| {
         let own = values.get(j * n + i).cloned().unwrap_or(Big::zero(bits));
         if singular && i == j { &own + &Big::one(bits) } else { own }
@@ -108,6 +111,15 @@ fn decided(scaled: &Scaled, matrices: &Integers, facts: &Facts, options: &Option
     let metric = options.vectors.then_some(&metric);
     let found = exact(matrices, n, options, facts.definite, metric)?;
     Some(exact_spectrum(scaled, facts, matrices, found, options))
+}
+
+/// Whether M is shown to be positive definite: elimination without exchanges has positive pivots.
+fn has_definite_mass(matrices: &Integers, n: usize) -> bool {
+    let rows = || {
+        let values = Pencil { matrices, n }.values(&matrices.matrices[0], 0, BITS_OF_PIVOTS);
+        values.chunks(n.max(1)).map(<[Big]>::to_vec).collect()
+    };
+    n <= exact::LARGEST && has_pivots(rows(), Big::is_positive, BITS_OF_PIVOTS)
 }
 
 /// Whether more digits may not decide what is open: exponents that are not separated, signs, the multiplicity
