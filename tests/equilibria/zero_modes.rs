@@ -364,10 +364,6 @@ fn angles_of_a_family_are_exact() {
         // Nothing holds the atoms across.
         assert_eq!(motions(&model).len(), n + 2, "{n}");
     }
-    // An angle that is no multiple of π/12 is not known exactly.
-    let odd = "coord r[1..5], x, y  T = sum(i in 1..5, r[i]'^2) + x'^2 + y'^2
-        V = sum(i in 1..5, (r[i] - x*cos(2*pi*i/5) - y*sin(2*pi*i/5))^2*(1 + r[i]))";
-    assert_eq!(motions(odd).len(), 0);
 }
 
 #[test]
