@@ -35,7 +35,7 @@ mod read;
 
 use std::collections::BTreeMap;
 
-use librate_core::derive::{Derivation, Frequencies, Linear, Motion, MotionSum, SecondOrder};
+use librate_core::derive::{Derivation, Frequencies, Linear, Motion, MotionSum, Names, SecondOrder};
 use librate_core::expr::{ExprId, Pool, Substitution};
 
 pub use equal::are_equal;
@@ -92,7 +92,7 @@ parts! {
     Stiffness stiffness: one,
     /// Lagrange's equations, one a coordinate, `left = right`; each may be divided by anything.
     Equations equations: several,
-    /// The linearized equations alike.
+    /// The linearized equations alike, of the motions that constraints allow or massless coordinates follow.
     Linearized linearized: several,
     /// T to second order.
     Kinetic kinetic: one,
@@ -187,9 +187,10 @@ impl<'a> Comparison<'a> {
     fn new(derivation: &'a Derivation) -> Self {
         let mut pool = derivation.reduced().pool.clone();
         let mut names: BTreeMap<String, ExprId> = derivation.symbols.clone();
-        for i in 0..derivation.names.coordinates.len() {
-            for motion in [Motion::Acceleration(i), Motion::Velocity(i), Motion::Momentum(i), Motion::Displacement(i)] {
-                for name in [derivation.names.of(motion), derivation.names.displaced(motion)] {
+        for own in [&derivation.names, &derivation.reduced().names] {
+            for i in 0..own.coordinates.len() {
+                let all = [Motion::Acceleration(i), Motion::Velocity(i), Motion::Momentum(i), Motion::Displacement(i)];
+                for name in all.into_iter().flat_map(|motion| [own.of(motion), own.displaced(motion)]) {
                     // Displacements from 0 are the coordinates themselves.
                     names.entry(name).or_insert_with_key(|name| {
                         let symbol = pool.fresh_symbol(name);
@@ -302,7 +303,7 @@ impl<'a> Comparison<'a> {
     }
 
     fn sum(&mut self, place: impl Into<String>, sum: &MotionSum, displaced: bool) -> Found {
-        let names = &self.derivation.names;
+        let names = self.names(displaced);
         let name = |motion| {
             if displaced { names.displaced(motion) } else { names.of(motion) }
         };
@@ -313,8 +314,13 @@ impl<'a> Comparison<'a> {
         Found { place: place.into(), value, text: sum.text(&self.derivation.reduced().pool, name) }
     }
 
+    /// Those of displacements are of the motions that constraints allow, or that massless coordinates follow.
+    fn names(&self, displaced: bool) -> &'a Names {
+        if displaced { &self.derivation.reduced().names } else { &self.derivation.names }
+    }
+
     fn sums(&mut self, place: &str, sums: &[MotionSum], displaced: bool) -> Vec<Found> {
-        let names = self.derivation.names.coordinates.iter();
+        let names = self.names(displaced).coordinates.iter();
         names.zip(sums).map(|(name, sum)| self.sum(format!("{place} {name}"), sum, displaced)).collect()
     }
 
@@ -455,7 +461,7 @@ fn linear(derivation: &Derivation) -> Result<&Linear, String> {
 }
 
 fn second_order(derivation: &Derivation) -> Result<&SecondOrder, String> {
-    asked(linear(derivation)?.second_order.as_ref())
+    asked(linear(derivation.reduced())?.second_order.as_ref())
 }
 
 fn asked<T>(part: Option<T>) -> Result<T, String> {
