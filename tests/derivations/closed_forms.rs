@@ -182,6 +182,26 @@ fn rings_of_bodies_have_closed_forms_by_their_point_group() {
     assert!(both[0].sub(&both[1]).contains_zero(), "{turning}");
 }
 
+/// A parameter that is 0 is open like others: what agrees there alone is neither one form nor one frequency more.
+#[test]
+fn values_of_zero_join_no_frequencies() {
+    let two = "param k = 1, q = 0, m = 1, M = 2  coord x, y, z, w
+        T = 1/2*m*x'^2 + 1/2*M*y'^2 + 1/2*m*z'^2 + 1/2*M*w'^2
+        V = 1/2*k*(x - y)^2 + 1/2*k*(z - w)^2 + 1/2*q*z^2";
+    let chain = "param k = 1, q = 0, m = 1  coord x[1..7], y
+        T = 1/2*m*sum(i in 1..7, (1 + i)*x[i]'^2) + 1/2*m*y'^2
+        V = 1/2*k*sum(i in 1..6, i*i*(x[i+1] - x[i])^2) + 1/2*q*(x[1]^2 + 3*x[5]^2) + q*y^2";
+    for text in [two, chain] {
+        let all = |settings: &[&str]| -> Vec<String> {
+            let json = frequencies(&model_in(text, Path::new("."), settings));
+            let mut all: Vec<String> = json["frequencies"].as_array().unwrap().iter().map(Value::to_string).collect();
+            all.sort();
+            all
+        };
+        assert_eq!(all(&[]), all(&["q=1/1000"]));
+    }
+}
+
 /// A planar molecule of four with central forces, as BF3.
 #[test]
 fn fractions_are_not_piled_up_about_roots() {

@@ -517,17 +517,34 @@ impl<'a> Checker<'a> {
         Some((dense(&pair.mass), dense(&pair.stiffness)))
     }
 
-    /// The same at values near those of the parameters which have no relation to each other.
+    /// The same at values near those of the parameters which have no relation to each other. Where one is 0 all are nearer to 1, so that
+    /// it counts beside them.
     fn near(&self) -> Self {
         let mut near = Self::drawn(self.model, self.draws);
         near.complete = false;
+        if self.has_zeros() {
+            near.equalize();
+        }
         for (i, parameter) in self.model.parameters.iter().enumerate() {
             if let Some(value) = near.values.get_mut(&parameter.symbol) {
                 let change = drawn(i, 0).mul(&Number::ratio(1, 1000).unwrap_or_default());
-                *value = value.add(&value.mul(&Ball::from_number(&change, ())));
+                let change = Ball::from_number(&change, ());
+                *value = if value.is_zero() { change } else { value.add(&value.mul(&change)) };
             }
         }
         near
+    }
+
+    fn has_zeros(&self) -> bool {
+        self.values.values().any(Ball::is_zero)
+    }
+
+    /// All values but 0 nearer to 1, in the same order.
+    fn equalize(&mut self) {
+        for value in self.values.values_mut().filter(|value| !value.is_zero()) {
+            let size = value.mid_f64().abs().powf(1.0 / 16.0);
+            *value = Ball::exact(size.copysign(value.mid_f64()));
+        }
     }
 
     /// Whether two forms with different roots have the same value there too, as far as a ball tells.
@@ -541,11 +558,8 @@ impl<'a> Checker<'a> {
         if meets(&near) != Some(true) || !near.values.values().any(is_extreme) {
             return meets(&near) == Some(true);
         }
-        // A value that is tiny beside the others makes no difference: the same with all nearer to 1, in the same order.
-        for value in near.values.values_mut().filter(|value| !value.is_zero()) {
-            let size = value.mid_f64().abs().powf(1.0 / 16.0);
-            *value = Ball::exact(size.copysign(value.mid_f64()));
-        }
+        // A value that is tiny beside the others makes no difference.
+        near.equalize();
         meets(&near) != Some(false)
     }
 
@@ -557,7 +571,8 @@ impl<'a> Checker<'a> {
         }
         let squares = [own, all].concat();
         let at = |of: &Self| Some((of.evaluate(pool, &squares)?, of.solved(pool, block)?));
-        let (values, modes) = at(&self.near()).or_else(|| at(self))?;
+        // At zeros themselves forms are equal that are not.
+        let (values, modes) = at(&self.near()).or_else(|| if self.has_zeros() { None } else { at(self) })?;
         let scale = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
         let meets = |a: &Ball, b: &Ball| is_zero(&a.sub(b), scale);
         let (own, all) = values.split_at(own.len());
