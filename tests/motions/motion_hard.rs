@@ -265,6 +265,24 @@ fn a_block_that_sticks_is_told() {
     assert!(matches!(error, MotionError::Singular { .. }), "{error}");
 }
 
+/// Where a momentum or the energy would jump at a kink, velocities would have to: a gear that changes its side, a step of the potential,
+/// an inertia that is another one beyond.
+#[test]
+fn impacts_end_a_motion() {
+    for (text, start) in [
+        ("coord x, y  T = 1/2*x'^2 + 1/2*(y' + abs(x)')^2  V = 1/2*y^2", "x = -1, x' = 1"),
+        ("coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)/x", "x = -1, x' = 3"),
+        ("coord x  T = 1/2*(2 + abs(x)/x)*x'^2  V = 1/2*x^2", "x = -1, x' = 3"),
+    ] {
+        let run = with_input(&["motion", "-", "--start", start, "--until", "2"], text);
+        assert!(run.err.contains("error[E0607]") && run.err.contains("would jump"), "{text}: {}", run.err);
+    }
+    // Without a jump there.
+    let still = "coord x  T = 1/2*x'^2  V = x*abs(t - 2)";
+    let run = with_input(&["motion", "-", "--start", "x = 1, x' = 2", "--until", "4", "--samples", "2"], still);
+    assert!(run.out.ends_with("4.0,1.000000000,-2.000000000\n"), "{} {}", run.out, run.err);
+}
+
 #[test]
 fn what_begins_at_zero_is_followed() {
     // Steps used to be as long as the table: nothing had a size yet.

@@ -43,6 +43,8 @@ pub(super) struct Equations {
     pub(super) speeds: Tape,
     /// What absolute values are taken of, at any place.
     pub(super) kinks: Tape,
+    /// The momenta and the energy function, where there are kinks: with the same inputs as the first.
+    pub(super) jumps: Tape,
     /// c, and c' in the velocities.
     pub(super) surface: Tape,
     /// The energy function, where it is conserved.
@@ -66,6 +68,8 @@ pub(super) struct Written<'a> {
     outputs: Vec<ExprId>,
     /// What absolute values in these are taken of, where |x| is s x, and the signs s. Not for proofs.
     signs: Vec<(ExprId, Symbol)>,
+    /// The momenta and the energy function in these signs, where there are any.
+    jumps: Vec<ExprId>,
     surface: Vec<ExprId>,
     energy: Option<ExprId>,
 }
@@ -87,6 +91,11 @@ impl<'a> Written<'a> {
         // What is differentiated, or brought to its shortest form, may divide by what is 0 at a kink: x + |x|/x is (x² + |x|)/x.
         let mut signs = if for_proofs { Vec::new() } else { mechanics.put_signs() };
         let equations = mechanics.equations();
+        let mut jumps = Vec::new();
+        if !signs.is_empty() {
+            jumps.extend(equations.iter().map(|own| own.momentum));
+            jumps.push(energy(&mut mechanics.pool, mechanics.lagrangian, &equations, &mechanics.velocities));
+        }
         let (mut mass, mut inertia) = (Vec::new(), Vec::new());
         for (i, equation) in equations.iter().enumerate() {
             for (j, value) in equation.mass.iter().filter(|(j, _)| i <= *j) {
@@ -157,6 +166,7 @@ impl<'a> Written<'a> {
             constant,
             outputs,
             signs,
+            jumps,
             surface,
             energy,
         })
@@ -205,6 +215,7 @@ impl<'a> Written<'a> {
             constraints: 0,
             outputs,
             signs: Vec::new(),
+            jumps: Vec::new(),
             surface: Vec::new(),
             energy: None,
         })
@@ -265,6 +276,7 @@ impl<'a> Written<'a> {
             constraints: self.constraints,
             tape: self.compile(&smooth, &with_signs)?,
             kinks: self.compile(&kinks, &inputs)?,
+            jumps: self.compile(&self.jumps, &with_signs)?,
             surface: self.compile(&self.surface, &inputs)?,
             energy: self.energy.map(|energy| self.compile(&[energy], &inputs)).transpose()?,
             free: self.free,

@@ -59,6 +59,10 @@ impl System {
             (Trouble::Kink, _) => {
                 singular("forces on both sides lead to the kink of an absolute value, where there is none".to_owned())
             }
+            (Trouble::Impact, _) => singular(
+                "the momentum or the energy would jump at the kink of an absolute value, as in an impact or at a step"
+                    .to_owned(),
+            ),
             (_, Nearby::Undefined) => singular(format!("the equations of motion are not defined there{beside}")),
             (_, Nearby::NoInverse) => singular(format!("{NO_INVERSE}{beside}")),
             (Trouble::NoStep, Nearby::Defined) if far => {

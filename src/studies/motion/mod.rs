@@ -57,6 +57,8 @@ const LOST: f64 = 1e-4;
 const LEAST_SIZE: f64 = 1e-12;
 /// A motion takes at most so many steps.
 const MOST_STEPS: usize = 300_000;
+/// Kinks that are nearer, beside the length of a step, are not looked at for jumps.
+const LEAST_WAY: f64 = 1e-3;
 /// After so many steps it is estimated how many it will take.
 const FIRST_STEPS: usize = 400;
 /// Forces are sampled so many times in a run at least; what is much shorter than their distance may be missed.
@@ -472,10 +474,18 @@ impl System {
             if resting > equations.kinks.outputs() {
                 return Err(self.ended(&stepper, Trouble::NoStep, &t, (&q, &v), length));
             }
+            // A kink next to the one before tells nothing.
+            let half = kink.filter(|kink| kink.middle() > LEAST_WAY * longest).map(|kink| kink.mul(&S::exact(0.5)));
+            let half_way = half.map(|half| (t.add(&half), stepper.at(&t, &half)));
             (q, v) = stepper.at(&t, &next.sub(&t));
             grow(&mut sizes, q.iter().chain(&v));
             t = next;
             steps += 1;
+            if let Some((at, (positions, velocities))) = half_way
+                && !stepper.passes((at, [&positions, &velocities]), (t, [&q, &v]))
+            {
+                return Err(self.ended(&stepper, Trouble::Impact, &t, (&q, &v), 0.0));
+            }
         }
     }
 

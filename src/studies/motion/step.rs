@@ -124,7 +124,12 @@ pub(super) enum Trouble {
     NoStep,
     /// An absolute value has its kink, and forces from both sides lead to it.
     Kink,
+    /// There the momentum or the energy would jump.
+    Impact,
 }
+
+/// What is left of a jump half way to a kink is rounding there.
+const LEAST_JUMP: f64 = 1e-3;
 
 /// How often a point is brought back to the constraints at most.
 const MOST_CORRECTIONS: usize = 8;
@@ -284,6 +289,23 @@ impl<'a, S: Real> Stepper<'a, S> {
         self.signs[at] = -self.signs[at];
         self.fresh = Some(at);
         Ok(Some(when))
+    }
+
+    /// Whether momenta and the energy go on at the kink that the last step ended at: where they jump, velocities would have to. What its
+    /// sign makes of them half way there has gone to 0.
+    pub(super) fn passes(&mut self, half_way: (S, [&[S]; 2]), there: (S, [&[S]; 2])) -> bool {
+        let Some(at) = self.fresh else { return true };
+        let tape = self.equations.jumps.prepare::<S>(());
+        let mut jumps = |(t, state): (S, [&[S]; 2])| -> Vec<f64> {
+            let [one, other] = [1.0, -1.0].map(|side| {
+                let signs = self.signs.iter().enumerate().map(|(i, own)| S::exact(if i == at { side } else { *own }));
+                let inputs: Vec<S> = [t].into_iter().chain(state.concat()).chain(signs).collect();
+                tape.evaluate(&inputs, &mut self.scratch)
+            });
+            one.iter().zip(&other).map(|(a, b)| a.sub(b).middle().abs()).collect()
+        };
+        let (before, after) = (jumps(half_way), jumps(there));
+        before.iter().zip(after).all(|(before, after)| after <= LEAST_JUMP * before)
     }
 
     /// Where between two times what an absolute value is taken of changes its sign, on the side behind.
