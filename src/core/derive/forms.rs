@@ -175,7 +175,7 @@ impl Search<'_> {
                     }
                 }
                 Some(GroupKind::Mirrors(_) | GroupKind::Other) | None => {
-                    self.solve_parts(pool, &own, &units(&all), None);
+                    self.solve(pool, &own, (None, 1));
                 }
             }
         }

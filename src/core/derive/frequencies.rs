@@ -296,24 +296,34 @@ fn case(
     symmetry: &Symmetries,
     ties: &Ties,
 ) -> (Case, Found) {
+    let (case, found) = searched(checker, request, pool, pair.len(), |search, pool| {
+        if pair.len() <= MOST_COORDINATES {
+            search.closed_forms(pool, pair, symmetry.for_blocks());
+        }
+    });
+    let symmetry = symmetry.energies.as_ref().map(|symmetry| Exchange {
+        generators: symmetry.generators.clone(),
+        kind: symmetry.kind.clone(),
+        ties: Vec::new(),
+    });
+    (Case { ties: ties.sets(request.model), symmetry, ..case }, found)
+}
+
+/// What a search finds of so many frequencies, copies in other blocks among them.
+fn searched(
+    checker: &Checker<'_>,
+    request: Request<'_>,
+    pool: &mut Algebra<'_>,
+    count: usize,
+    look: impl FnOnce(&mut Search<'_>, &mut Algebra<'_>),
+) -> (Case, Found) {
     let mut found = Found::default();
-    if pair.len() <= MOST_COORDINATES {
-        let symmetry = symmetry.for_blocks();
-        let mut search = Search { request, found: &mut found };
-        search.closed_forms(pool, pair, symmetry);
-        search.count_copies(pool, checker);
-    }
-    let mut case = Case {
-        ties: ties.sets(request.model),
-        symmetry: symmetry.energies.as_ref().map(|symmetry| Exchange {
-            generators: symmetry.generators.clone(),
-            kind: symmetry.kind.clone(),
-            ties: Vec::new(),
-        }),
-        frequencies: std::mem::take(&mut found.frequencies).into_values().collect(),
-        ..std::mem::take(&mut found.case)
-    };
-    case.complete = case.known() == pair.len();
+    let mut search = Search { request, found: &mut found };
+    look(&mut search, pool);
+    search.count_copies(pool, checker);
+    let frequencies = std::mem::take(&mut found.frequencies).into_values().collect();
+    let mut case = Case { frequencies, ..std::mem::take(&mut found.case) };
+    case.complete = case.known() == count;
     (case, found)
 }
 
@@ -330,12 +340,9 @@ fn rings(
     let at: Vec<f64> = linearized.equilibrium().values.iter().map(Ball::mid_f64).collect();
     let columns = around_an_axis(pool, &linearized.axes_of_bodies()?, &linear.equilibrium, &at)?;
     let turned = pair.in_basis(pool, &columns).canonical(pool);
-    let mut found = Found::default();
-    let mut search = Search { request, found: &mut found };
-    search.closed_forms_of_rings(pool, &turned);
-    search.count_copies(pool, checker);
-    let mut case = Case { frequencies: found.frequencies.into_values().collect(), ..found.case };
-    case.complete = case.known() == pair.len();
+    let (mut case, _) = searched(checker, request, pool, pair.len(), |search, pool| {
+        search.closed_forms_of_rings(pool, &turned);
+    });
     checker.check(pool, pair, &mut case);
     Some(case)
 }
