@@ -498,11 +498,20 @@ impl System {
         let mut scratch = Vec::new();
         let (mut off, mut terms) = (vec![0.0_f64; surface.outputs()], vec![0.0_f64; surface.outputs()]);
         for (at, row) in rows.iter().enumerate() {
-            let mut inputs = vec![times.at(at)];
-            inputs.extend(row.iter().map(|x| Ball::new(x.mid, NUDGE * x.mid_f64().abs())));
-            let values = tape.evaluate(&inputs, &mut scratch);
-            for ((off, terms), own) in off.iter_mut().zip(&mut terms).zip(values) {
-                *off = off.max(own.mid_f64().abs());
+            let mut nudged = |size: &dyn Fn(usize, f64) -> f64| {
+                let mut inputs = vec![times.at(at)];
+                let sizes = row.iter().enumerate().map(|(i, x)| size(i, x.mid_f64().abs()));
+                inputs.extend(row.iter().zip(sizes).map(|(x, size)| Ball::new(x.mid, NUDGE * size)));
+                tape.evaluate(&inputs, &mut scratch)
+            };
+            let values = nudged(&|_, own| own);
+            // What rounding of the largest coordinate, or velocity, makes is no drift: a yaw of 1e-33 has terms as small.
+            let largest = |part: &[Ball]| part.iter().map(|x| x.mid_f64().abs()).fold(0.0, f64::max);
+            let sizes: Vec<f64> = row.chunks(self.names.len()).map(largest).collect();
+            let rounding = nudged(&|i, _| 16.0 * unit * sizes[i / self.names.len()]);
+            for (((off, terms), own), rounding) in off.iter_mut().zip(&mut terms).zip(values).zip(rounding) {
+                let own_off = own.mid_f64().abs();
+                *off = if own_off * NUDGE > rounding.radius { off.max(own_off) } else { *off };
                 *terms = terms.max(own.radius / NUDGE);
             }
         }
