@@ -18,6 +18,8 @@ use super::turned::Farthest;
 const MOST_ELEMENTS: usize = 800;
 /// Members of more values of an index do not change places.
 const MOST_VALUES: usize = 8;
+/// Weights are multiples of 1 by this.
+const SHORT: f64 = (1_u64 << 30) as f64;
 /// What a later component weighs beside the one before.
 const LATER: f64 = 0.2;
 
@@ -55,7 +57,9 @@ impl Symmetries {
             candidates(&places).into_iter().filter(|own| is_symmetry(&mut equations, whole, own)).collect();
         let weight = |(at, (_, key)): (usize, &Place)| {
             let later = if key.len() > 1 { key[key.len() - 1] } else { 0 };
-            (2.0 + key.first().map_or(0.0, |own| *own as f64)) * LATER.powi(later as i32) + 1e-3 * (at as f64).sqrt()
+            let own = (2.0 + key.first().map_or(0.0, |own| *own as f64)) * LATER.powi(later as i32);
+            // So short that sums of two are exact.
+            ((own + 1e-3 * (at as f64).sqrt()) * SHORT).round() / SHORT
         };
         let weights = places.iter().enumerate().map(weight).collect();
         closure(&generators).map_or_else(Self::default, |elements| Self { elements, weights, ..Self::default() })
@@ -72,12 +76,15 @@ impl Symmetries {
         let is_left = self.farthest.as_ref().is_none_or(|own| own.contract(piece));
         !is_left
             || self.elements.iter().any(|element| {
-                let gain = element.iter().enumerate().fold(Interval::point(0.0), |sum, (i, (to, turned))| {
-                    let there = Interval::point(if *turned { -self.weights[*to] } else { self.weights[*to] });
-                    let by = there.sub(&Interval::point(self.weights[i]));
-                    if *to == i && !turned { sum } else { sum.add(&by.mul(&piece[i])) }
-                });
-                gain.lo > 0.0
+                let (mut gain, mut size) = (0.0, 0.0);
+                for (i, ((to, turned), own)) in element.iter().zip(piece.iter()).enumerate() {
+                    let by = (if *turned { -self.weights[*to] } else { self.weights[*to] }) - self.weights[i];
+                    let least = by * if by > 0.0 { own.lo } else { own.hi };
+                    gain += least;
+                    size += least.abs();
+                }
+                // Weights have no rounding, and the terms less than that.
+                gain > 2.0 * element.len() as f64 * f64::EPSILON * size
             })
     }
 
