@@ -1,5 +1,7 @@
 //! Frequencies and shapes as a table to read.
 
+use std::borrow::Cow;
+
 use super::plain::wrapped;
 use super::runs::ends;
 use super::table::{Column, GAP, draw};
@@ -29,6 +31,8 @@ const MOST_HEIGHTS: usize = 30;
 const COMMON_PHASE: f64 = 0.05;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
+/// So many components are searched at a time for the largest ones.
+const PART: usize = 1000;
 /// Of more components than these that print alike, the largest are shown.
 const MOST_COMPARED: usize = 200;
 /// A list of groups of equal modes ends here.
@@ -379,7 +383,7 @@ fn shape(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<
                 of(&mode.vector).into_iter().chain(of(&mode.imaginary)).filter(certain).collect::<Vec<f64>>()
             });
             let parts: Vec<f64> = parts.collect();
-            let power = common_power(parts.iter());
+            let power = common_power([parts.as_slice()]);
             let cells = modes.iter().map(|mode| component(mode, at, power, SHAPE_DIGITS));
             Column::numbers(&over_power(&names.with_unit(at), power), cells.collect())
         })
@@ -399,7 +403,7 @@ fn by_name(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Ve
 }
 
 fn largest_of(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Column {
-    let power = common_power(modes.iter().flat_map(|mode| mode.vector.iter().chain(&mode.imaginary)));
+    let power = common_power(modes.iter().flat_map(|mode| [mode.vector.as_slice(), &mode.imaginary]));
     let cells = modes.iter().map(|mode| largest(mode, names, power, room)).collect();
     Column::words(&over_power("largest", power), cells)
 }
@@ -407,7 +411,7 @@ fn largest_of(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Column
 /// A shape by the heights of characters, the coordinates in their order: half height for 0. Of more coordinates than there are characters
 /// the largest of those side by side. Where coordinates do not move in phase, those a quarter of a period later follow.
 fn sparkline(mode: &NormalMode) -> String {
-    let top = (0..mode.vector.len()).map(|at| mode.modulus(at)).fold(0.0, f64::max);
+    let top = greatest(&sizes(mode));
     if mode.imaginary.is_empty() {
         return heights(&mode.vector, top);
     }
@@ -424,9 +428,9 @@ fn sparkline(mode: &NormalMode) -> String {
 fn heights(parts: &[f64], top: f64) -> String {
     const HEIGHTS: [char; 9] = ['▁', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let each = parts.len().div_ceil(MOST_HEIGHTS).max(1);
-    let largest = |own: &[f64]| own.iter().copied().fold(0.0, |top: f64, x| if x.abs() > top.abs() { x } else { top });
     let height = |own: &[f64]| {
-        let share = largest(own) / top;
+        let size = greatest(own);
+        let share = if own.contains(&size) { size } else { -size } / top;
         // Shares between two heights are the lower on every machine.
         let steps = (4.0 * share.abs() + 0.5 - 1e-6).floor().clamp(0.0, 4.0) as usize;
         HEIGHTS[if share < 0.0 { 4 - steps } else { 4 + steps }]
@@ -434,10 +438,24 @@ fn heights(parts: &[f64], top: f64) -> String {
     parts.chunks(each).map(height).collect()
 }
 
+/// The sizes of components; of real ones with their signs.
+fn sizes(mode: &NormalMode) -> Cow<'_, [f64]> {
+    match mode.imaginary.as_slice() {
+        [] => Cow::Borrowed(&mode.vector),
+        _ => (0..mode.vector.len()).map(|at| mode.modulus(at)).collect(),
+    }
+}
+
+/// The size of the largest of some numbers.
+fn greatest(numbers: &[f64]) -> f64 {
+    // As one instruction a number; `f64::max` takes several.
+    numbers.iter().fold(0.0, |top, x| if x.abs() > top { x.abs() } else { top })
+}
+
 /// The power of ten that is written once over a column: normalised shapes of molecules are of the
 /// order 1e13. 0 where the numbers are handy as they are.
-fn common_power<'a>(values: impl Iterator<Item = &'a f64>) -> i32 {
-    let top = values.fold(0.0_f64, |top, value| top.max(value.abs()));
+fn common_power<'a>(values: impl IntoIterator<Item = &'a [f64]>) -> i32 {
+    let top = values.into_iter().map(greatest).fold(0.0, f64::max);
     if top == 0.0 || !top.is_finite() || (1e-2..1e4).contains(&top) { 0 } else { top.log10().floor() as i32 }
 }
 
@@ -478,20 +496,32 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
 fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
-    let mut order: Vec<(f64, usize)> = (0..mode.vector.len()).map(|at| (mode.modulus(at), at)).collect();
-    let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
+    let sizes = sizes(mode);
+    let parts = || sizes.chunks(PART).enumerate().map(|(number, part)| (number * PART, part));
+    let tops: Vec<f64> = parts().map(|(_, part)| greatest(part)).collect();
     // A thousandth of the largest can't be seen in a shape.
-    order.retain(|(size, at)| *size >= top * 1e-3 && *size > mode.error_bound_of(*at));
+    let least = greatest(&tops) * 1e-3;
+    let from = |least: f64| {
+        let high = parts().zip(&tops).filter(move |(_, top)| **top >= least);
+        let all = high.flat_map(|((first, part), _)| part.iter().zip(first..));
+        let own = all.map(|(x, at)| (x.abs(), at)).filter(move |own| own.0 >= least);
+        own.filter(|(size, at)| *size > mode.error_bound_of(*at))
+    };
+    // Of a million only those are ordered that are as large as the last shown can be: parts have one as large each.
+    let mut high: Vec<f64> = tops.clone();
+    high.order_by(|a, b| b.total_cmp(a));
+    let is_certain = greatest(&mode.component_error_bounds).max(mode.vector_error_bound) < least;
+    let last = high.get(MOST_COMPONENTS).filter(|_| is_certain);
+    let mut order: Vec<(f64, usize)> = from(last.map_or(least, |own| own.max(least))).collect();
     if order.len() > MOST_COMPONENTS {
+        order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         // Two digits are within 5 % of the number: below nine tenths of the last that may be shown
         // nothing can print as large.
-        order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0));
-        let last = order[MOST_COMPONENTS].0;
-        order.retain(|(size, _)| *size >= 0.9 * last);
-    }
-    if order.len() > MOST_COMPARED {
-        order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let near: Vec<_> = from(least.max(0.9 * order[MOST_COMPONENTS].0)).take(MOST_COMPARED + 1).collect();
         order.truncate(MOST_COMPONENTS);
+        if near.len() <= MOST_COMPARED {
+            order = near;
+        }
     }
     let mut texts: Vec<(f64, usize, String)> = order
         .into_iter()

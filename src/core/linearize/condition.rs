@@ -28,12 +28,31 @@ impl Linearized {
         let values = self.assembly.values::<f64>(&self.model, ()).ok()?;
         let at = &self.equilibrium.values;
         let middles: Vec<f64> = at.iter().map(Ball::mid_f64).collect();
+        if self.adds_squares(&middles, &values) {
+            return Some(vec![1.0; shapes.len()]);
+        }
         let rough = self.parts(&middles, &values, shapes, |x| *x);
         if rough.iter().all(|ratio| *ratio < limit) {
             return Some(rough);
         }
         let certain = |x: &Ball| x.abs_lower().copysign(x.mid_f64());
         Some(self.parts(at, &self.values, shapes, certain))
+    }
+
+    /// Whether xᵀKx is a sum of squares of stretches: no stiffness of an element is negative, and no tension counts.
+    fn adds_squares(&self, at: &[f64], values: &Values<f64>) -> bool {
+        let elements = || self.assembly.families.iter().flat_map(|family| &family.potential);
+        let mut holds = self.assembly.unstressed || elements().all(|element| element.curvature.is_empty());
+        if holds {
+            self.assembly.run(Part::Stiffness, at, values, |family, _, numbers, is_new| {
+                let mut rest = if is_new { numbers } else { &[] };
+                for element in &family.potential {
+                    let (outer, _) = head(&mut rest, 2, element.slope.len() + element.curvature.len());
+                    holds &= outer.get(1).is_none_or(|stiffness| *stiffness >= 0.0);
+                }
+            });
+        }
+        holds
     }
 
     /// The ratios, with `size` taken of the stiffnesses, tensions and derivatives of all elements.

@@ -7,7 +7,7 @@
 use librate_core::expr::{ExprId, Substitution};
 use librate_core::model::{CoordinateFamily, Model};
 use librate_core::order::Gather;
-use librate_core::precision::{Interval, Scalar};
+use librate_core::precision::Interval;
 use librate_core::symmetry::SignedPermutation;
 
 use super::forces::Equations;
