@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::json::string;
 use librate_core::expr::Function;
-use librate_studies::code::{Code, Rest, Search};
+use librate_studies::code::{Code, Matrix, Rest, Search};
 use librate_studies::program::{Operation, Program};
 
 /// A programming language.
@@ -157,8 +157,8 @@ pub fn code_text(code: &Code, language: Language, file: Option<&str>) -> String 
     let mut out = writer.head();
     if let Some(rest) = &code.rest {
         out.push_str(&writer.equilibrium(rest));
-        for (name, letter, program) in &rest.matrices {
-            let text = writer.entries(letter, lines(writer.language, program, &writer.still(rest)));
+        for Matrix { name, letter, entries, .. } in &rest.matrices {
+            let text = writer.entries(letter, lines(writer.language, entries, &writer.still(rest)));
             out.push_str(&writer.function(rest, name, letter, &text));
         }
     }

@@ -6,7 +6,7 @@ use super::exponents::sum_text;
 use super::page::{Form, Line, Matrix, Part, Words, ticked, with};
 use librate_core::derive::{
     Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear, NormalCoordinates,
-    NormalWaves, Solved,
+    NormalWaves, Solved, WaveNumber,
 };
 use librate_core::expr::ExprId;
 use librate_core::symmetry::{GroupKind, SignedPermutation};
@@ -287,12 +287,14 @@ fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<Line> {
         let normal = &waves.normal;
         lines.extend(displacement_lines(derivation, waves));
         // All sums together run over what the frequencies run over.
-        let mut numbers: Vec<(String, i64, i64)> = Vec::new();
+        let mut numbers: Vec<WaveNumber> = Vec::new();
         for sum in &waves.sums {
-            for (at, (name, first, last)) in sum.numbers.iter().enumerate() {
+            for (at, number) in sum.numbers.iter().enumerate() {
                 match numbers.get_mut(at) {
-                    Some(own) => (own.1, own.2) = (own.1.min(*first), own.2.max(*last)),
-                    None => numbers.push((name.clone(), *first, *last)),
+                    Some(own) => {
+                        (own.first, own.last) = (own.first.min(number.first), own.last.max(number.last));
+                    }
+                    None => numbers.push(number.clone()),
                 }
             }
         }
@@ -308,15 +310,15 @@ fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<Line> {
 }
 
 /// `m, n`
-fn letters(numbers: &[(String, i64, i64)]) -> String {
-    let names: Vec<&str> = numbers.iter().map(|(name, _, _)| name.as_str()).collect();
+fn letters(numbers: &[WaveNumber]) -> String {
+    let names: Vec<&str> = numbers.iter().map(|own| own.name.as_str()).collect();
     names.join(", ")
 }
 
 /// `j in 1..100`
-fn ranges(numbers: &[(String, i64, i64)]) -> String {
-    let ranges: Vec<String> = numbers.iter().map(|(name, first, last)| format!("{name} in {first}..{last}")).collect();
-    ranges.join(", ")
+fn ranges(numbers: &[WaveNumber]) -> String {
+    let range = |own: &WaveNumber| format!("{} in {}..{}", own.name, own.first, own.last);
+    numbers.iter().map(range).collect::<Vec<_>>().join(", ")
 }
 
 /// `x[n] = ...`, and what is meant by a name that the model has not.
@@ -331,7 +333,7 @@ fn displacement_lines(derivation: &Derivation, waves: &NormalWaves) -> Vec<Line>
             // sqrt(2/(101*m)), not sqrt(202)/(101*sqrt(m)); but 1/(2*sqrt(3*m)).
             let mut factors = vec![if root.len() + 4 < factor.len() { root } else { factor }];
             match sum.numbers.as_slice() {
-                [(_, first, last)] if first == last => {
+                [WaveNumber { first, last, .. }] if first == last => {
                     factors.extend([shape, format!("{}[{first}]", waves.normal)]);
                 }
                 numbers => {

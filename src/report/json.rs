@@ -402,7 +402,7 @@ fn normal_waves(derivation: &Derivation, waves: &NormalWaves) -> String {
     let order = waves.order.iter().filter_map(|i| names.get(*i));
     let places = waves.places.iter().map(|(name, last)| (name, format!("[1, {last}]")));
     let sums = waves.sums.iter().map(|sum| {
-        let numbers = sum.numbers.iter().map(|(name, first, last)| (name, format!("[{first}, {last}]")));
+        let numbers = sum.numbers.iter().map(|own| (&own.name, format!("[{}, {}]", own.first, own.last)));
         let [factor, shape] = [sum.factor, sum.shape].map(|at| expression(derivation, at));
         record([("numbers", record(numbers)), ("factor", factor), ("shape", shape)])
     });

@@ -14,7 +14,7 @@ use librate_core::linearize::Linearized;
 use librate_core::linearize::short;
 use librate_core::modes::Options;
 use librate_core::oscillation::{NormalMode, NormalModes};
-use librate_studies::figure::{Figure, Link};
+use librate_studies::figure::{Figure, Line, Link};
 use librate_studies::grid::{Axis, Grid, Node};
 
 const STYLE: &str = include_str!("show/page.css");
@@ -220,7 +220,7 @@ fn data(shown: &Shown<'_>) -> String {
         modes.modes.iter().zip(1..).map(|(mode, at)| {
             format!("{{\"caption\": {}, {}", string(&caption(mode, at, model.has_units)), drawn(mode))
         });
-    let lines = figure.iter().flat_map(|figure| &figure.lines).map(|(from, to, link)| {
+    let lines = figure.iter().flat_map(|figure| &figure.lines).map(|Line { from, to, link, .. }| {
         let kind = if *link == Link::Rod { "rod" } else { "spring" };
         format!("[{from}, {}, \"{kind}\"]", to.map_or_else(null, |to| to.to_string()))
     });

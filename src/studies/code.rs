@@ -47,9 +47,20 @@ pub struct Rest {
     pub equilibrium: Program,
     /// How these are found.
     pub search: Option<Search>,
-    /// The matrices there, each with its name in words and as a letter, row by row, of the same: M, K, and those of C, G and N that
-    /// are not 0 whatever the parameters are.
-    pub matrices: Vec<(&'static str, &'static str, Program)>,
+    /// The matrices there, of the same: M, K, and those of C, G and N that are not 0 whatever the parameters are.
+    pub matrices: Vec<Matrix>,
+}
+
+/// A matrix at the equilibrium.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Matrix {
+    /// In words: `mass`.
+    pub name: &'static str,
+    /// As a letter: `M`.
+    pub letter: &'static str,
+    /// Row by row.
+    pub entries: Program,
 }
 
 /// A search for an equilibrium.
@@ -217,7 +228,7 @@ fn at_rest(
     let mut found = Vec::new();
     for (name, letter, rows) in all.into_iter().filter_map(|(name, letter, rows)| Some((name, letter, rows?))) {
         let entries = pool.substitute(&rows.concat(), &there);
-        found.push((name, letter, compiled(model, pool, &entries, &inputs)?));
+        found.push(Matrix { name, letter, entries: compiled(model, pool, &entries, &inputs)? });
     }
     Ok(Rest { equilibrium: compiled(model, pool, &point, &inputs)?, search, matrices: found })
 }

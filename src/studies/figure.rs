@@ -30,6 +30,18 @@ pub enum Link {
     Spring,
 }
 
+/// A line between points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Line {
+    /// The point where it begins, by number.
+    pub from: usize,
+    /// The point where it ends; `None` is the origin.
+    pub to: Option<usize>,
+    /// What it stands for.
+    pub link: Link,
+}
+
 /// The points of a model.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -42,8 +54,8 @@ pub struct Figure {
     pub positions: Program,
     /// How many of them, from the first on, are dots; others are ends of lines alone.
     pub dots: usize,
-    /// Lines between points; one end is the origin where there is no second point.
-    pub lines: Vec<(usize, Option<usize>, Link)>,
+    /// Lines between points.
+    pub lines: Vec<Line>,
     /// Coordinates that move none of its points.
     pub still: Vec<String>,
     /// How much of what the model draws has no place at the equilibrium, and is left out.
@@ -93,7 +105,8 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
         for (pair, (_, is_spring)) in ends.chunks(2 * dimension).zip(&drawing.lines) {
             if has_place(pair) {
                 let from = kept.len() / dimension;
-                lines.push((from, Some(from + 1), if *is_spring { Link::Spring } else { Link::Rod }));
+                let link = if *is_spring { Link::Spring } else { Link::Rod };
+                lines.push(Line { from, to: Some(from + 1), link });
                 kept.extend(pair);
             }
         }
@@ -115,11 +128,11 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     }
     let mut lines = rods(&mut pool, model, &positions, dimension);
     lines.extend(held(&mut pool, model, &positions, dimension));
-    let known: HashSet<(usize, Option<usize>)> = lines.iter().map(|(a, b, _)| (*a, *b)).collect();
+    let known: HashSet<(usize, Option<usize>)> = lines.iter().map(|own| (own.from, own.to)).collect();
     let springs = springs(&mut pool, model, &positions, dimension);
     let springs: Vec<_> = springs.into_iter().filter(|pair| !known.contains(pair)).collect();
     if springs.len() <= MOST_LINES * count {
-        lines.extend(springs.into_iter().map(|(a, b)| (a, b, Link::Spring)));
+        lines.extend(springs.into_iter().map(|(from, to)| Line { from, to, link: Link::Spring }));
     }
     let still = still(&pool, model, &positions);
     Some(Figure { dots: count, names, dimension, positions: program, lines, still, left_out: 0 })
@@ -182,7 +195,7 @@ fn add_pivots(pool: &mut Pool, model: &Model, positions: &mut Vec<ExprId>, dimen
 }
 
 /// Distances between points, or from the origin, that do not depend on any coordinate.
-fn rods(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, Option<usize>, Link)> {
+fn rods(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<Line> {
     let points: Vec<&[ExprId]> = positions.chunks(dimension).collect();
     if points.len() > MOST_RIGID {
         return Vec::new();
@@ -192,11 +205,11 @@ fn rods(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
     let is_free = |pool: &Pool, point: &[ExprId]| point.iter().any(|part| pool.as_symbol(*part).is_some());
     for (at, point) in points.iter().enumerate() {
         if !is_free(pool, point) && is_rigid(pool, model, point, None) {
-            found.push((at, None, Link::Rod));
+            found.push(Line { from: at, to: None, link: Link::Rod });
         }
         for (other, end) in points.iter().enumerate().skip(at + 1) {
             if !(is_free(pool, point) && is_free(pool, end)) && is_rigid(pool, model, end, Some(point)) {
-                found.push((at, Some(other), Link::Rod));
+                found.push(Line { from: at, to: Some(other), link: Link::Rod });
             }
         }
     }
@@ -204,7 +217,7 @@ fn rods(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
 }
 
 /// Distances that constraints hold.
-fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, Option<usize>, Link)> {
+fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<Line> {
     let points: Vec<&[ExprId]> = positions.chunks(dimension).collect();
     let moves: Vec<Vec<usize>> = points.iter().map(|own| moving(pool, model, own)).collect();
     let mut found = Vec::new();
@@ -212,7 +225,7 @@ fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
         let all = moving(pool, model, &[constraint.expression]);
         let is_inside = |point: &usize| moves[*point].iter().all(|number| all.contains(number));
         match (0..points.len()).filter(is_inside).collect::<Vec<_>>()[..] {
-            [a, b] => found.push((a, Some(b), Link::Rod)),
+            [a, b] => found.push(Line { from: a, to: Some(b), link: Link::Rod }),
             // Nothing but the distance from the origin: the gradient points there.
             [only] => {
                 let parts = points[only];
@@ -226,7 +239,7 @@ fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
                     pool.agree(a, b)
                 };
                 if (1..dimension).all(|axis| along(0, axis) && along(axis - 1, axis)) {
-                    found.push((only, None, Link::Rod));
+                    found.push(Line { from: only, to: None, link: Link::Rod });
                 }
             }
             _ => {}

@@ -181,7 +181,7 @@ fn check(path: &Path, language: &str) {
     let file = librate::syntax::parse(&probe).unwrap();
     let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
     let code = librate::code::code(&model).unwrap();
-    let names: Vec<&str> = code.rest.as_ref().unwrap().matrices.iter().map(|(name, ..)| *name).collect();
+    let names: Vec<&str> = code.rest.as_ref().unwrap().matrices.iter().map(|own| own.name).collect();
     let Some(command) = built(path, language, &names) else {
         eprintln!("skipped: nothing that runs {language} is installed");
         return;

@@ -426,33 +426,38 @@ fn drawn(text: &str) -> Option<Figure> {
     figure(&linearize(model).unwrap(), &[])
 }
 
+/// Where lines begin and end, and what they stand for.
+fn lines(figure: &Figure) -> Vec<(usize, Option<usize>, Link)> {
+    figure.lines.iter().map(|own| (own.from, own.to, own.link)).collect()
+}
+
 #[test]
 fn points_rods_and_springs_are_found() {
     let text = std::fs::read_to_string("models/double_pendulum.lag").unwrap();
     let double = drawn(&text).unwrap();
     assert_eq!((double.names.as_slice(), double.dimension), (&["r1".to_owned(), "r2".to_owned()][..], 2));
-    assert_eq!(double.lines, [(0, None, Link::Rod), (0, Some(1), Link::Rod)]);
+    assert_eq!(lines(&double), [(0, None, Link::Rod), (0, Some(1), Link::Rod)]);
     let bonds = "param k = 2  coord r[1..3, 1..3]  T = sum(a in 1..3, dot(r[a]', r[a]')/2)
         V = 1/2*k*((norm(r[2] - r[1]) - 1)^2 + (norm(r[3] - r[2]) - 1)^2)  guess r[a in 1..3] = [0, 0, a]";
     let molecule = drawn(bonds).unwrap();
     assert_eq!((molecule.names[1].as_str(), molecule.dimension), ("r[2]", 3));
-    assert_eq!(molecule.lines, [(0, Some(1), Link::Spring), (1, Some(2), Link::Spring)]);
+    assert_eq!(lines(&molecule), [(0, Some(1), Link::Spring), (1, Some(2), Link::Spring)]);
     let held = "coord x, y  T = (x'^2 + y'^2)/2  V = 10*y  constraint x^2 + y^2 = 4  guess y = -2";
     let pendulum = drawn(held).unwrap();
-    assert_eq!((pendulum.names[0].as_str(), pendulum.lines), ("(x, y)", vec![(0, None, Link::Rod)]));
+    assert_eq!((pendulum.names[0].as_str(), lines(&pendulum)), ("(x, y)", vec![(0, None, Link::Rod)]));
     let bead = "coord x, y  T = (x'^2 + y'^2)/2  V = 10*y  constraint y = x^2  guess y = 0";
     assert_eq!(drawn(bead).unwrap().lines, []);
     let cart = std::fs::read_to_string("models/two_pendulums_on_a_cart.lag").unwrap();
     let (cart, _) = cart.split_once("\ndraw ").unwrap();
     let cart = drawn(cart).unwrap();
     assert_eq!(cart.names, ["p1", "p2", "X"]);
-    assert_eq!(cart.lines, [(0, Some(2), Link::Rod), (1, Some(2), Link::Rod)]);
+    assert_eq!(lines(&cart), [(0, Some(2), Link::Rod), (1, Some(2), Link::Rod)]);
     // Of a lagrangian as of V; a distance from the origin, but no weight.
     let written = bonds.replace("  V = 1/2*k*(", " - 1/2*k*(").replace("  T = ", "  lagrangian = ");
     assert_eq!(drawn(&written).unwrap().lines, molecule.lines);
     let elastic = "coord r, th  let p = [r*sin(th), -r*cos(th)]  T = 1/2*dot(p', p')
         V = 20*(norm(p) - 1)^2 + 10*p[2]  guess r = 1.2";
-    assert_eq!(drawn(elastic).unwrap().lines, [(0, None, Link::Spring)]);
+    assert_eq!(lines(&drawn(elastic).unwrap()), [(0, None, Link::Spring)]);
     assert_eq!(drawn(&elastic.replace("20*(norm(p) - 1)^2", "20*p[1]^2 + p[2]^4")).unwrap().lines, []);
     // A cart that is no point.
     let cart = "coord s, th  let b = [sin(th), -cos(th)]  T = 1/2*s'^2 + 1/2*dot(b', b')
@@ -481,7 +486,7 @@ fn drawings_are_what_models_say() {
         draw spring [i in 1..2] [i, 0], [i + 1, y], [4, 4]";
     let figure = drawn(pendulum).unwrap();
     assert_eq!((figure.dimension, figure.dots), (2, 2));
-    let lines: Vec<_> = figure.lines.iter().map(|own| own.2).collect();
+    let lines: Vec<_> = figure.lines.iter().map(|own| own.link).collect();
     assert_eq!(lines, [Link::Rod, Link::Spring, Link::Spring, Link::Spring, Link::Spring]);
     let page = with_input(&["show", "-"], pendulum).out;
     let figure = &data(&page)["figure"];

@@ -15,7 +15,7 @@ use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::{Ball, Scalar};
 use librate::report::{Style, derive_json, derive_latex, derive_text};
-use librate_core::derive::{Case, NormalCoordinates};
+use librate_core::derive::{Case, NormalCoordinates, WaveNumber};
 use librate_core::expr::Substitution;
 use serde_json::Value;
 
@@ -390,7 +390,7 @@ fn wave_columns(model: &Model, case: &Case, pool: &Pool) -> Vec<Vec<f64>> {
         for sum in &waves.sums {
             let amplitude = pool.mul(sum.factor, sum.shape);
             let mut modes: Vec<Vec<(String, i64)>> = vec![Vec::new()];
-            for (letter, first, last) in &sum.numbers {
+            for WaveNumber { name: letter, first, last, .. } in &sum.numbers {
                 let mut longer = Vec::new();
                 for mode in &modes {
                     for j in *first..=*last {

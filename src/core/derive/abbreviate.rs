@@ -155,8 +155,8 @@ impl Derivation {
     /// What has names.
     fn for_each_on_page(&mut self, visit: &mut dyn FnMut(&mut ExprId)) {
         let mut in_sum = |sum: &mut MotionSum| {
-            let powers = sum.powers.iter_mut().flat_map(|(factor, sum, _)| {
-                std::iter::once(factor).chain(sum.terms.iter_mut().map(|term| &mut term.coefficient))
+            let powers = sum.powers.iter_mut().flat_map(|own| {
+                std::iter::once(&mut own.factor).chain(own.sum.terms.iter_mut().map(|term| &mut term.coefficient))
             });
             powers.chain(sum.terms.iter_mut().map(|term| &mut term.coefficient)).for_each(&mut *visit);
         };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::equations::{both_ways, velocities};
 use super::lagrangian::{Lagrangian, Variables};
-use super::motion::{Factor, Motion, MotionSum, MotionTerm};
+use super::motion::{Factor, Motion, MotionPower, MotionSum, MotionTerm};
 use super::shapes::determinant;
 use super::simplify::{Algebra, common_factor, written};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
@@ -86,13 +86,13 @@ pub(super) fn hamiltonian(pool: &mut Algebra<'_>, variables: &Variables, lagrang
                 None => terms.extend(own.terms),
             },
             _ if part.len() > 1 && weight > MOST_IN_SQUARES => return None,
-            _ => powers.extend(found.into_iter().map(|(factor, sum)| (factor, sum, 2))),
+            _ => powers.extend(found.into_iter().map(|(factor, sum)| MotionPower { factor, sum, power: 2 })),
         }
     }
     terms.push(MotionTerm::new(without_velocities(pool, variables, lagrangian), &[]));
     // The square of a momentum is a term.
     let one = pool.one();
-    powers.retain(|(factor, sum, power)| match sum.terms.as_slice() {
+    powers.retain(|MotionPower { factor, sum, power }| match sum.terms.as_slice() {
         [only] if *power == 2 && only.coefficient == one && only.motion.len() == 1 => {
             terms.push(MotionTerm::new(*factor, &[(only.motion[0].0, 2)]));
             false
@@ -152,7 +152,7 @@ struct Inverse {
     /// Each with its own fraction bar.
     terms: Vec<MotionTerm>,
     /// All over one, where that is shorter.
-    over_bar: Option<(ExprId, MotionSum, u32)>,
+    over_bar: Option<MotionPower>,
 }
 
 fn inverse(pool: &mut Algebra<'_>, [i, j]: [usize; 2], lagrangian: &Lagrangian) -> Option<Inverse> {
@@ -185,7 +185,11 @@ fn inverse(pool: &mut Algebra<'_>, [i, j]: [usize; 2], lagrangian: &Lagrangian) 
     let mut weigh = |all: &[MotionTerm]| all.iter().map(|term| pool.weight(term.coefficient) + 3).sum::<u64>();
     let (apart, above_bar) = (weigh(&terms), weigh(&above));
     let together = above_bar + pool.weight(factor) + 2;
-    let over_bar = (above_bar <= MOST_ABOVE_BAR && together < apart).then(|| (factor, MotionSum::new(pool, above), 1));
+    let over_bar = (above_bar <= MOST_ABOVE_BAR && together < apart).then(|| MotionPower {
+        factor,
+        sum: MotionSum::new(pool, above),
+        power: 1,
+    });
     Some(Inverse { weight: apart, terms, over_bar })
 }
 

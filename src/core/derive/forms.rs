@@ -17,6 +17,15 @@ use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
 /// Closed forms of more symbols than this are no help to anybody.
 const MOST_SYMBOLS: u64 = 160;
 
+/// A block of which not all frequencies are known.
+#[derive(Clone)]
+struct Unsolved {
+    block: Pair,
+    /// The squares of those that are.
+    known: Vec<ExprId>,
+    class: Option<String>,
+}
+
 /// What is found on the way, before it is checked.
 #[derive(Default)]
 pub(super) struct Found {
@@ -28,8 +37,8 @@ pub(super) struct Found {
     pub(super) shapes: Vec<Shape>,
     /// Chains, rings and nets, with the coordinates of the model.
     pub(super) lattices: Vec<Lattice>,
-    /// Blocks of which not all frequencies are known, those that are, and the class.
-    unsolved: Vec<(Pair, Vec<ExprId>, Option<String>)>,
+    /// Blocks of which not all frequencies are known.
+    unsolved: Vec<Unsolved>,
 }
 
 impl Found {
@@ -207,7 +216,7 @@ impl Search<'_> {
         let solution = roots(pool, own, Request { before, ..self.request });
         let values = self.take(pool, solution, (class, times));
         if values.len() < own.len() {
-            let unsolved = (own.clone(), values.clone(), class.cloned());
+            let unsolved = Unsolved { block: own.clone(), known: values.clone(), class: class.cloned() };
             self.found.unsolved.extend(std::iter::repeat_n(unsolved, times));
         }
         values
@@ -241,7 +250,7 @@ impl Search<'_> {
     /// Counts frequencies of other blocks in those that are not solved, too, and solves these for what they leave.
     pub(super) fn count_copies(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>) {
         let known: Vec<ExprId> = self.found.frequencies.keys().copied().collect();
-        for (block, own, class) in std::mem::take(&mut self.found.unsolved) {
+        for Unsolved { block, known: own, class } in std::mem::take(&mut self.found.unsolved) {
             let missed = checker.missed(pool, &block, &own, &known).unwrap_or_default();
             let copies = known.iter().copied().zip(missed).filter(|(_, missed)| *missed > 0);
             let mut all: Vec<(ExprId, usize)> = copies.collect();

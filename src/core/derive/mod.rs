@@ -89,9 +89,9 @@ pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequen
 pub use given::Given;
 pub use independent::{Independent, in_independent_coordinates, linearized, without_multipliers};
 pub use lattice::Angles;
-pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
+pub use motion::{Factor, Motion, MotionPower, MotionSum, MotionTerm, Names};
 pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
-pub use waves::{NormalWaves, WaveSum};
+pub use waves::{NormalWaves, WaveNumber, WaveSum};
 
 use check::Checker;
 use lagrangian::Variables;

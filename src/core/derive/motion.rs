@@ -48,9 +48,21 @@ pub struct MotionSum {
     /// The terms.
     pub terms: Vec<MotionTerm>,
     /// Sums and squares of sums, each with what it is multiplied by and its power; they stand before the terms.
-    pub powers: Vec<(ExprId, MotionSum, u32)>,
+    pub powers: Vec<MotionPower>,
     /// A number in front of the whole sum, as the 1/2 of a quadratic form; 1 where there is none.
     pub factor: Factor,
+}
+
+/// A power of a sum with what it is multiplied by.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MotionPower {
+    /// What stands before it.
+    pub factor: ExprId,
+    /// The sum.
+    pub sum: MotionSum,
+    /// Its power, 1 or 2.
+    pub power: u32,
 }
 
 /// The number in front of a [`MotionSum`].
@@ -168,7 +180,7 @@ impl MotionSum {
 
     fn expression_with(&self, pool: &mut Pool, value: &mut dyn FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {
         let mut parts = Vec::with_capacity(self.terms.len());
-        for (factor, sum, power) in &self.powers {
+        for MotionPower { factor, sum, power } in &self.powers {
             let sum = sum.expression_with(pool, value);
             let power = pool.powi(sum, i64::from(*power));
             parts.push(pool.mul(*factor, power));
@@ -206,7 +218,7 @@ impl MotionSum {
             return text;
         }
         let mut out = String::new();
-        let powers = self.powers.iter().map(|(factor, sum, power)| {
+        let powers = self.powers.iter().map(|MotionPower { factor, sum, power }| {
             let sum = sum.text_with(pool, name);
             let text = if *power == 1 { format!("({sum})") } else { format!("({sum})^{power}") };
             (false, multiplied(factor_text(pool, *factor), &text, true))

@@ -20,8 +20,16 @@ pub(super) const EXPONENT: usize = 0;
 pub(super) struct Ring {
     /// Bases, with the part of their powers that counts as one: 1/2 for a square root. The first is that of variable 1.
     bases: Monomial,
-    /// Roots of what has no symbols: the variable, and of which power what is it.
-    roots: Vec<(usize, u32, Polynomial)>,
+    /// Roots of what has no symbols.
+    roots: Vec<Root>,
+}
+
+/// A variable of which a power is known.
+#[derive(Clone, Debug)]
+struct Root {
+    variable: usize,
+    power: u32,
+    value: Polynomial,
 }
 
 /// Expressions multiplied out, all with the same powers of what stands below a fraction bar.
@@ -121,17 +129,17 @@ impl Ring {
             let value = Expanded::new(pool, &[*base]).filter(|own| own.by.is_empty());
             let value = value.and_then(|value| own.polynomial(value.all.first()?));
             let parts = step.recip().and_then(|parts| u32::try_from(parts.to_i64()?).ok());
-            roots.extend(parts.zip(value).map(|(parts, value)| (at, parts, value)));
+            roots.extend(parts.zip(value).map(|(power, value)| Root { variable: at, power, value }));
         }
         // Roots of sums with roots in them come first.
-        roots.order_by_key(|(_, _, value)| value.is_constant());
+        roots.order_by_key(|root| root.value.is_constant());
         own.roots = roots;
         own
     }
 
     /// With what powers of roots without symbols are: √3² is 3.
     pub(super) fn reduced(&self, polynomial: Polynomial) -> Polynomial {
-        self.roots.iter().fold(polynomial, |own, (at, parts, value)| {
+        self.roots.iter().fold(polynomial, |own, Root { variable: at, power: parts, value }| {
             let high = |(powers, _): (&Vec<u32>, &Number)| powers[*at] >= *parts;
             if !own.terms().any(high) {
                 return own;

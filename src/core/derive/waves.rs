@@ -57,7 +57,19 @@ pub struct WaveSum {
     /// What depends on place and mode, in the letters of both.
     pub shape: ExprId,
     /// The letters for the numbers of a mode with the first and the last number.
-    pub numbers: Vec<(String, i64, i64)>,
+    pub numbers: Vec<WaveNumber>,
+}
+
+/// A number of a mode.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct WaveNumber {
+    /// Its letter.
+    pub name: String,
+    /// The least.
+    pub first: i64,
+    /// The largest.
+    pub last: i64,
 }
 
 /// The normal coordinates of a model that is made of lattices with the frequencies of a case, if they hold against certified numbers.
@@ -138,9 +150,9 @@ fn waves_of(
         (pool.scale(own, &inverse), shape)
     };
     let ranges = series.numbers.iter();
-    let ranges: Vec<(String, i64, i64)> =
-        ranges.map(|(name, angles)| (name.clone(), angles.first, angles.last)).collect();
-    let mut sums = vec![WaveSum { factor: pool.sqrt(factor_squared), factor_squared, shape, numbers: ranges }];
+    let ranges = ranges.map(|(name, own)| WaveNumber { name: name.clone(), first: own.first, last: own.last });
+    let mut sums =
+        vec![WaveSum { factor: pool.sqrt(factor_squared), factor_squared, shape, numbers: ranges.collect() }];
     // The mode of theta = 0 or pi stands apart.
     if let [dimension] = dimensions.as_slice()
         && exceptional(dimension.ends)
@@ -160,16 +172,16 @@ fn waves_of(
             factor: pool.sqrt(square),
             factor_squared: square,
             shape,
-            numbers: vec![(number.clone(), at, at)],
+            numbers: vec![WaveNumber { name: number.clone(), first: at, last: at }],
         };
         let others = sums.first_mut()?.numbers.first_mut()?;
         if first {
-            others.1 += 1;
+            others.first += 1;
         } else {
-            others.2 -= 1;
+            others.last -= 1;
         }
         sums.push(alone);
-        sums.order_by_key(|sum| sum.numbers.first().map(|own| own.1));
+        sums.order_by_key(|sum| sum.numbers.first().map(|own| own.first));
     }
     let size = |own: &Dimension| i64::try_from(own.size).unwrap_or(0);
     Some(NormalWaves {
@@ -204,10 +216,10 @@ impl NormalWaves {
         let places: Vec<Symbol> = self.places.iter().map(|(name, _)| pool.symbol(name)).collect();
         let mut columns = Vec::new();
         for sum in &self.sums {
-            let numbers: Vec<Symbol> = sum.numbers.iter().map(|(name, ..)| pool.symbol(name)).collect();
+            let numbers: Vec<Symbol> = sum.numbers.iter().map(|own| pool.symbol(&own.name)).collect();
             let amplitude = pool.mul(sum.factor, sum.shape);
             let mut modes: Vec<Vec<i64>> = vec![Vec::new()];
-            for (_, first, last) in &sum.numbers {
+            for WaveNumber { first, last, .. } in &sum.numbers {
                 let longer =
                     modes.iter().flat_map(|mode| (*first..=*last).map(|j| mode.iter().copied().chain([j]).collect()));
                 modes = longer.collect();
