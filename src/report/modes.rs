@@ -430,7 +430,7 @@ fn heights(parts: &[f64], top: f64) -> String {
     let each = parts.len().div_ceil(MOST_HEIGHTS).max(1);
     let height = |own: &[f64]| {
         let size = greatest(own);
-        let share = if own.contains(&size) { size } else { -size } / top;
+        let share = own.iter().find(|x| x.abs() == size).map_or(0.0, |x| x / top);
         // Shares between two heights are the lower on every machine.
         let steps = (4.0 * share.abs() + 0.5 - 1e-6).floor().clamp(0.0, 4.0) as usize;
         HEIGHTS[if share < 0.0 { 4 - steps } else { 4 + steps }]
