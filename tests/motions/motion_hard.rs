@@ -265,6 +265,23 @@ fn a_block_that_sticks_is_told() {
     assert!(matches!(error, MotionError::Singular { .. }), "{error}");
 }
 
+/// At rest on a ridge a ball falls to either side, or not; with a force along it, or a way down that both sides share, there is one motion.
+#[test]
+fn ridges_have_no_single_motion() {
+    let ridge = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = y - abs(x)");
+    let system = System::new(&ridge).unwrap();
+    let error = system.motion(&start(&ridge, "x=0, y=1"), &times("1", 2)).unwrap_err();
+    assert!(matches!(&error, MotionError::Singular { reason, .. } if reason.contains("several motions")), "{error}");
+    let found = system.motion(&start(&ridge, "x=0, x'=-1"), &times("2", 2)).unwrap();
+    assert_eq!(found.rows[1][0].mid_f64(), -4.0);
+    for (way, want) in [("y - x^2*abs(x)", -2.0), ("y - abs(x) + 2*x", -6.0)] {
+        let model = model(&format!("coord x, y  T = 1/2*(x'^2 + y'^2)  V = {way}"));
+        let found = System::new(&model).unwrap().motion(&start(&model, "x=0"), &times("2", 2));
+        let rows = found.unwrap().rows;
+        assert_eq!(rows[1][usize::from(want == -2.0)].mid_f64(), want, "{way}");
+    }
+}
+
 /// Where a momentum or the energy would jump at a kink, velocities would have to: a gear that changes its side, a step of the potential,
 /// an inertia that is another one beyond.
 #[test]

@@ -59,6 +59,10 @@ impl System {
             (Trouble::Kink, _) => {
                 singular("forces on both sides lead to the kink of an absolute value, where there is none".to_owned())
             }
+            (Trouble::Fork, _) => singular(
+                "forces on both sides lead away from the kink of an absolute value: several motions begin there"
+                    .to_owned(),
+            ),
             (Trouble::Impact, _) => singular(
                 "the momentum or the energy would jump at the kink of an absolute value, as in an impact or at a step"
                     .to_owned(),

@@ -124,12 +124,17 @@ pub(super) enum Trouble {
     NoStep,
     /// An absolute value has its kink, and forces from both sides lead to it.
     Kink,
+    /// The start is at the kink of an absolute value, and several motions begin there.
+    Fork,
     /// There the momentum or the energy would jump.
     Impact,
 }
 
 /// What is left of a jump half way to a kink is rounding there.
 const LEAST_JUMP: f64 = 1e-3;
+
+/// Coefficients of motions that begin at one place are the same up to this part of them.
+const SAME: f64 = 1e-9;
 
 /// How often a point is brought back to the constraints at most.
 const MOST_CORRECTIONS: usize = 8;
@@ -207,7 +212,7 @@ impl<'a, S: Real> Stepper<'a, S> {
     }
 
     /// The signs at the start. Where something begins with 0, its sign is the one that it gets when it moves with that
-    /// sign; a place that draws everything back to it has none.
+    /// sign; a place that draws everything back to it has none, and one that lets go to both sides has no single one.
     fn settle_signs(&mut self, t: &S, q: &[S], v: &[S]) -> Result<(), Trouble> {
         let count = self.kinks.len();
         if count == 0 {
@@ -220,6 +225,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         if open.len() > MOST_OPEN_SIGNS {
             return Err(Trouble::Kink);
         }
+        let mut found: Option<(Vec<f64>, Vec<S>)> = None;
         for choice in 0..1_usize << open.len() {
             for (place, at) in open.iter().enumerate() {
                 self.signs[*at] = if choice >> place & 1 == 0 { 1.0 } else { -1.0 };
@@ -231,11 +237,19 @@ impl<'a, S: Real> Stepper<'a, S> {
                 let first = self.kinks[*at].iter().take(FIRST).map(Real::middle).find(|x| *x != 0.0);
                 first.is_none_or(|x| x * self.signs[*at] > 0.0)
             };
-            if open.iter().all(own) {
-                return Ok(());
+            if !open.iter().all(own) {
+                continue;
+            }
+            let motion: Vec<S> = self.positions.iter().flat_map(|row| &row[..FIRST.min(row.len())]).copied().collect();
+            let is_same = |(a, b): (&S, &S)| a.sub(b).middle().abs() <= SAME * a.middle().abs().max(b.middle().abs());
+            match &found {
+                None => found = Some((self.signs.clone(), motion)),
+                Some((_, other)) if motion.iter().zip(other).all(is_same) => {}
+                Some(_) => return Err(Trouble::Fork),
             }
         }
-        Err(Trouble::Kink)
+        self.signs = found.ok_or(Trouble::Kink)?.0;
+        Ok(())
     }
 
     /// Where within a length the first absolute value has its kink, if one has: the time from the expansion, behind which its
