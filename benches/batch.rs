@@ -1,5 +1,5 @@
 //! A thousand sets of parameters: where eight sets rotated together stop being faster than every
-//! set decomposed by itself (above 40 coordinates), what bounds cost, what a search costs.
+//! set decomposed by itself (above 40 coordinates), what bounds, friction and a search cost.
 //!
 //! `cargo bench --bench batch --no-default-features --features engine`
 
@@ -12,7 +12,7 @@ use librate::batch::{Options, Solutions, Study};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
 use librate_studies::batch::Bounds;
-use problems::LINKS;
+use problems::{DAMPING, LINKS};
 
 fn main() {
     divan::main();
@@ -67,4 +67,9 @@ fn pendulums_without_bounds(bencher: Bencher<'_, '_>, n: usize) {
 #[divan::bench(args = [3, 5, 10], sample_count = 10)]
 fn searched(bencher: Bencher<'_, '_>, n: usize) {
     bench(bencher, IONS, n, &["w", "c"], Bounds::Rigorous);
+}
+
+#[divan::bench(args = [3, 10, 20], sample_count = 10)]
+fn damped(bencher: Bencher<'_, '_>, n: usize) {
+    bench(bencher, &format!("{LINKS}{DAMPING}"), n, &["m", "l", "g", "c"], Bounds::Rigorous);
 }

@@ -1,16 +1,17 @@
 //! A thousand parameter sets of M, K and modes, timed, beside numpy on the same numbers.
 //!
 //! ```text
-//! cargo run --release --no-default-features --features engine --example parameter_sets -- [--sets 1000] [--python PYTHON]
-//! ```
+//! cargo run --release --no-default-features --features engine --example parameter_sets -- [--sets 1000] [--python
+//! PYTHON] ```
 //!
 //! The problems are those of the example `peer`: `A`, three pendulums joined by springs, six
-//! parameters; `B`, a pendulum of n links, every mass, every length and g. Every parameter is the
-//! nominal value times 0.5 to 1.5. All times are CPU seconds of one core, medians of repeats, for
+//! parameters; `B`, a pendulum of n links, every mass, every length and g; `C`, the same with friction. Every
+//! parameter is the nominal value times 0.5 to 1.5. All times are CPU seconds of one core, medians of repeats, for
 //! all sets together; `sets` is M, K, ω² and mode shapes with rigorous bounds, `plain` the same
-//! without bounds, `frequencies` ω² with bounds alone. `--python` (with numpy) adds what the same
-//! takes there: M and K from closed forms written by hand for arrays of sets, batched Cholesky and
-//! eigenvalues (`numpy_values`), with vectors (`numpy_vectors`), and how far the two are apart.
+//! without bounds, `frequencies` ω² with bounds alone; of `C` exponents in place of ω². `--python` (with numpy) adds
+//! what the same takes there: M and K from closed forms written by hand for arrays of sets, batched Cholesky and
+//! eigenvalues (`numpy_values`; of `C` those of the first-order matrix), with vectors (`numpy_vectors`), and how far
+//! the two are apart.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -28,9 +29,9 @@ use clock::repeat;
 use librate::batch::{Options, Solutions, Study};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
-use problems::{LINKS, PENDULUMS};
+use problems::{DAMPING, LINKS, PENDULUMS};
 
-/// Reads the sets as doubles; prints CPU seconds, then all ω².
+/// Reads the sets as doubles; prints CPU seconds, then all ω², or |s|.
 const NUMPY: &str = r#"
 import sys, json, time, statistics, numpy as np
 family, n = sys.argv[1], int(sys.argv[2])
@@ -48,10 +49,21 @@ def matrices():
     K = np.zeros((len(P), n, n)); i = np.arange(n)
     K[:, i, i] = g[:, None] * l * s
     return K, s[:, mx] * l[:, :, None] * l[:, None, :]
+def first_order(K, M):
+    Mi = np.linalg.inv(M)
+    A = np.zeros((len(P), 2 * n, 2 * n)); i = np.arange(n)
+    A[:, i, n + i] = 1
+    A[:, n:, :n] = -Mi @ K
+    A[:, n:, n:] = -Mi * P[:, None, 2 * n + 1:]
+    return A
 def values(K, M):
+    if family == 'C':
+        return np.sort(np.abs(np.linalg.eigvals(first_order(K, M))), 1)
     Li = np.linalg.inv(np.linalg.cholesky(M))
     return np.linalg.eigvalsh(Li @ K @ Li.swapaxes(1, 2))
 def vectors(K, M):
+    if family == 'C':
+        return np.linalg.eig(first_order(K, M))
     Li = np.linalg.inv(np.linalg.cholesky(M))
     w, q = np.linalg.eigh(Li @ K @ Li.swapaxes(1, 2))
     return w, Li.swapaxes(1, 2) @ q
@@ -73,7 +85,11 @@ fn problem(family: &str, n: usize) -> (String, Vec<&'static str>, Vec<f64>) {
     } else {
         let mut nominal = vec![1.0; 2 * n];
         nominal.push(9.81);
-        (format!("param N = {n}{LINKS}"), vec!["m", "l", "g"], nominal)
+        if family == "B" {
+            return (format!("param N = {n}{LINKS}"), vec!["m", "l", "g"], nominal);
+        }
+        nominal.extend(vec![1.0; n]);
+        (format!("param N = {n}{LINKS}{DAMPING}"), vec!["m", "l", "g", "c"], nominal)
     }
 }
 
@@ -125,7 +141,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let mut stdout = std::io::stdout().lock();
-    for (family, n) in [("A", 3), ("B", 3), ("B", 10), ("B", 20), ("B", 50)] {
+    for (family, n) in [("A", 3), ("B", 3), ("B", 10), ("B", 20), ("B", 50), ("C", 3), ("C", 10), ("C", 20)] {
         let (text, names, nominal) = problem(family, n);
         let sets = random_sets(&nominal, count);
         let file = parse(&text).map_err(|errors| errors[0].clone())?;
@@ -147,11 +163,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             write!(stdout, ", \"{key}\": {time:.2e}")?;
         }
         study.solve_into(&sets, &mut solutions)?;
-        let relative = |set: usize, i: usize| {
-            solutions.omega_squared_bounds()[set * n + i] / solutions.omega_squared()[set * n + i]
+        let (values, bounds) = if study.is_conservative() {
+            (solutions.omega_squared().to_vec(), solutions.omega_squared_bounds())
+        } else {
+            (solutions.exponents().iter().map(|s| s.re.hypot(s.im)).collect(), solutions.exponent_bounds())
         };
-        let mut bounds: Vec<f64> =
-            (0..count).flat_map(|set| (0..n).map(move |i| (set, i))).map(|(set, i)| relative(set, i)).collect();
+        let mut bounds: Vec<f64> = bounds.iter().zip(&values).map(|(bound, value)| bound / value).collect();
         bounds.sort_by(f64::total_cmp);
         write!(
             stdout,
@@ -160,11 +177,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             bounds[bounds.len() - 1]
         )?;
         if let Some(python) = &python {
-            let (times, omega_squared) = numpy(python, family, n, (&sets, count))?;
-            let apart = omega_squared
-                .iter()
-                .zip(solutions.omega_squared())
-                .fold(0.0_f64, |most, (a, b)| most.max((a / b - 1.0).abs()));
+            let (times, theirs) = numpy(python, family, n, (&sets, count))?;
+            let mut values = values;
+            values.chunks_mut(theirs.len() / count).for_each(|own| own.sort_by(f64::total_cmp));
+            let apart = theirs.iter().zip(&values).fold(0.0_f64, |most, (a, b)| most.max((a / b - 1.0).abs()));
             write!(
                 stdout,
                 ", \"numpy_matrices_s\": {:.2e}, \"numpy_values_s\": {:.2e}, \"numpy_vectors_s\": {:.2e}, \"apart\": {apart:.1e}, \"ratio_values\": {:.2}, \"ratio_vectors\": {:.2}",

@@ -28,6 +28,7 @@ mod clock;
 #[path = "points.rs"]
 #[allow(dead_code, reason = "an example of its own")]
 mod points;
+#[allow(dead_code, reason = "other examples use more of it")]
 #[path = "speed_and_error/problems.rs"]
 mod problems;
 

@@ -19,3 +19,8 @@ let y[k in 1..N] = y[k-1] - l[k]*cos(theta[k])
 T = sum(k in 1..N, 1/2*m[k]*(x[k]'^2 + y[k]'^2))
 V = sum(k in 1..N, m[k]*g*y[k])
 ";
+
+pub(crate) const DAMPING: &str = "
+param c[1..N] = 1
+dissipation = sum(k in 1..N, 1/2*c[k]*theta[k]'^2)
+";

@@ -409,6 +409,10 @@ class Model:
 
         Each parameter has an array with a value for each set, in SI, or one value for all; a family has a row for each
         set, or one value for all its members. Modes are in the order of rising omega squared.
+
+        Models with friction, forces or terms linear in the velocities have `exponents` instead, two for each
+        coordinate: growth + i omega, in the order of rising frequency, then of rising growth, conjugates beside
+        each other. How many of them are real differs from set to set, so that `omega` and `growth` are `None`.
         """
         columns = {name: _ask(np.asarray, value, float) for name, value in _items(sets, "a dict of arrays")}
         count = max((len(column) for column in columns.values() if column.ndim), default=1)
@@ -422,19 +426,30 @@ class Model:
         arguments = dict(columns=rows, sets=count, vectors=vectors, matrices=matrices, bounds=bounds, threads=threads)
         found = _ask(_native.solve_sets, self._native, arguments)
         n = len(found["coordinates"])
-        squared = _array(found["omega_squared"], count, n)
         result = Batch({"coordinates": found["coordinates"]})
+        result._fields = dict.fromkeys(Batch.__annotations__) | result._fields
+        result._fields.update(
+            outcome=_OUTCOMES[np.frombuffer(found["outcome"], dtype=np.uint8)],
+            equilibrium=_array(found["equilibrium"], count, n),
+        )
+        if matrices:
+            names = ["mass", "stiffness"] + ["velocity"] * (not found["is_conservative"])
+            result._fields.update({name: _array(found[name], count, n, n) for name in names})
+        if not found["is_conservative"]:
+            result._fields.update(
+                exponents=_array(found["exponents"], count, 4 * n).view(complex),
+                exponent_error_bound=_array(found["exponent_error_bound"], count, 2 * n),
+                vectors=_array(found["shapes"], count, 2 * n, 2 * n).view(complex) if vectors else None,
+            )
+            return result
+        squared = _array(found["omega_squared"], count, n)
         result._fields.update(
             omega=np.sqrt(np.where(squared > 0, squared, np.where(np.isnan(squared), squared, 0))),
             growth=np.sqrt(np.where(squared < 0, -squared, np.where(np.isnan(squared), squared, 0))),
             error_bound=_array(found["error_bound"], count, n),
             omega_squared=squared,
             omega_squared_error_bound=_array(found["omega_squared_error_bound"], count, n),
-            outcome=_OUTCOMES[np.frombuffer(found["outcome"], dtype=np.uint8)],
-            equilibrium=_array(found["equilibrium"], count, n),
             vectors=_array(found["vectors"], count, n, n) if vectors else None,
-            mass=_array(found["mass"], count, n, n) if matrices else None,
-            stiffness=_array(found["stiffness"], count, n, n) if matrices else None,
         )
         return result
 

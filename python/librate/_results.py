@@ -206,20 +206,29 @@ class Derivation(Result):
 
 
 class Batch(Result):
-    """The modes of many parameter sets: arrays whose first index is the set, `vectors` with one row a mode."""
+    """The modes of many parameter sets: arrays whose first index is the set, `vectors` with one row a mode.
+
+    Models with friction, forces or terms linear in the velocities have complex `exponents` and `vectors`, and no `omega`
+    and `growth`.
+    """
 
     coordinates: list[str]
-    omega: np.ndarray
-    growth: np.ndarray
-    error_bound: np.ndarray
-    omega_squared: np.ndarray
-    omega_squared_error_bound: np.ndarray
+    # Arrays of a conservative model, else `None`.
+    omega: np.ndarray | Any
+    growth: np.ndarray | Any
+    error_bound: np.ndarray | Any
+    omega_squared: np.ndarray | Any
+    omega_squared_error_bound: np.ndarray | Any
+    # Arrays of any other model.
+    exponents: np.ndarray | Any
+    exponent_error_bound: np.ndarray | Any
     outcome: np.ndarray
     equilibrium: np.ndarray
-    # Arrays where they are asked for, else `None`.
+    # Arrays where they are asked for, else `None`; `velocity` is C + G, `stiffness` K + N.
     vectors: np.ndarray | Any
     mass: np.ndarray | Any
     stiffness: np.ndarray | Any
+    velocity: np.ndarray | Any
 
 
 class Picture(str):

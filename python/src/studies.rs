@@ -355,13 +355,20 @@ pub(crate) struct Batch {
     vectors: Vec<u8>,
     mass: Vec<u8>,
     stiffness: Vec<u8>,
+    /// Real and imaginary part of each number.
+    exponents: Vec<u8>,
+    exponent_error_bound: Vec<u8>,
+    shapes: Vec<u8>,
+    velocity: Vec<u8>,
+    is_conservative: bool,
 }
 
 impl Batch {
     /// Behind what is there.
     fn add(&mut self, solved: &Solutions) {
+        let modes = solved.omega_squared().len().checked_div(solved.len()).unwrap_or(0);
         for set in 0..solved.len() {
-            for mode in 0..solved.dimension() {
+            for mode in 0..modes {
                 let found = solved.get(set).and_then(|own| own.mode(mode));
                 self.error_bound.extend(found.map_or(f64::NAN, |mode| mode.error_bound).to_ne_bytes());
             }
@@ -374,9 +381,14 @@ impl Batch {
             solved.vectors(),
             solved.mass(),
             solved.stiffness(),
+            solved.exponent_bounds(),
+            solved.velocity(),
         ];
         for (all, part) in self.parts().into_iter().zip(parts) {
             all.extend(bytes(part.iter().copied()));
+        }
+        for (all, part) in [(&mut self.exponents, solved.exponents()), (&mut self.shapes, solved.shapes())] {
+            all.extend(bytes(part.iter().flat_map(|own| [own.re, own.im])));
         }
     }
 
@@ -388,7 +400,7 @@ impl Batch {
     }
 
     /// Numbers as the results of a study have them, then the others.
-    fn parts(&mut self) -> [&mut Vec<u8>; 8] {
+    fn parts(&mut self) -> [&mut Vec<u8>; 12] {
         [
             &mut self.equilibrium,
             &mut self.omega_squared,
@@ -396,6 +408,10 @@ impl Batch {
             &mut self.vectors,
             &mut self.mass,
             &mut self.stiffness,
+            &mut self.exponent_error_bound,
+            &mut self.velocity,
+            &mut self.exponents,
+            &mut self.shapes,
             &mut self.outcome,
             &mut self.error_bound,
         ]
@@ -425,7 +441,8 @@ pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyRe
                 Ok(own)
             }
         })?;
-        let mut all = Batch { coordinates: study.model().coordinates.names().collect(), ..Batch::default() };
+        let coordinates = study.model().coordinates.names().collect();
+        let mut all = Batch { coordinates, is_conservative: study.is_conservative(), ..Batch::default() };
         for own in solved {
             all.append(own?);
         }

@@ -91,6 +91,45 @@ def test_batch_agrees_with_numpy_and_with_certified_modes():
     assert np.all(found.error_bound < 1e-12)
 
 
+DAMPED_PAIR = """
+param k = 1  param c = 0.1  param W = 0.3  param p = 0.2
+coord x, y
+T = 1/2*((x' - W*y)^2 + (y' + W*x)^2)
+V = 1/2*k*(x^2 + y^2)
+dissipation = 1/2*c*x'^2
+force y = -p*x
+"""
+
+
+def test_batch_of_exponents_agrees_with_numpy_and_with_certified_modes():
+    random = np.random.default_rng(23)
+    sets = {name: random.uniform(0.5, 2, 1000) for name in "kcWp"}
+    found = librate.Model(DAMPED_PAIR).batch(sets, vectors=True, matrices=True)
+    k, c, W, p = sets.values()
+    stiffness, velocity = np.zeros((2, 1000, 2, 2))
+    stiffness[:, 0, 0] = stiffness[:, 1, 1] = k - W**2
+    stiffness[:, 1, 0], velocity[:, 0, 0], velocity[:, 0, 1], velocity[:, 1, 0] = p, c, -2 * W, 2 * W
+    assert np.allclose(found.mass, np.eye(2)) and np.allclose(found.stiffness, stiffness, rtol=1e-15)
+    assert np.allclose(found.velocity, velocity, rtol=1e-15) and set(found.outcome) == {"solved"}
+    first_order = np.block([[np.zeros((1000, 2, 2)), np.tile(np.eye(2), (1000, 1, 1))], [-stiffness, -velocity]])
+    known = np.linalg.eigvals(first_order)
+    apart = np.abs(found.exponents[:, :, None] - known[:, None, :])
+    assert found.exponents.shape == (1000, 4)
+    assert np.all(apart.min(axis=2) < 1e-12) and np.all(apart.min(axis=1) < 1e-12)
+    s, x = found.exponents[:, :, None], found.vectors
+    rest = s**2 * x + s * np.einsum("sij,smj->smi", velocity, x) + np.einsum("sij,smj->smi", stiffness, x)
+    assert np.all(np.abs(rest) < 1e-12) and np.allclose(np.abs(x**2).sum(axis=2), 1, rtol=1e-14)
+    exact = {name: "/".join(map(str, float(values[7]).as_integer_ratio())) for name, values in sets.items()}
+    certified = librate.Model(DAMPED_PAIR, set=exact).modes()
+    for growth, omega in zip(certified.growth, certified.omega):
+        off = np.abs(found.exponents[7] - complex(growth, omega))
+        assert np.any(off <= found.exponent_error_bound[7] + 1e-15)
+    assert np.all(found.exponent_error_bound < 1e-12) and found.omega is None and found.growth is None
+    plain = librate.Model(DAMPED_PAIR).batch({"c": [0.1, np.nan, 0.2]}, bounds=False)
+    assert plain.outcome.tolist() == ["solved", "not finite", "solved"] and np.isnan(plain.exponents[1]).all()
+    assert np.isinf(plain.exponent_error_bound[0]).all() and plain.vectors is None and plain.velocity is None
+
+
 def test_batch_of_sets_that_fail():
     found = librate.Model(PAIR).batch({"k": [1.0, np.nan], "m": [1.0, -1.0]})
     assert found.outcome.tolist() == ["solved", "not finite"] and np.all(np.isnan(found.omega[1]))

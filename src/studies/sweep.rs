@@ -175,8 +175,9 @@ impl Sweep {
             let symbols = first.pool.symbols_of(&[own.left, own.right]);
             symbols.contains(&first.parameters[number].symbol)
         };
+        let is_other = first.dissipation.or(first.force).is_some() || first.rates.any();
         // What is assumed of it has to be asked at each place.
-        if first.coordinates.len() > MOST_COORDINATES || first.assumptions.iter().any(is_assumed) {
+        if is_other || first.coordinates.len() > MOST_COORDINATES || first.assumptions.iter().any(is_assumed) {
             return None;
         }
         let (from, to) = (self.in_si(&first)?, self.in_si(&last)?);
@@ -185,7 +186,7 @@ impl Sweep {
         let options = batch::Options::default();
         let options = if self.options.vectors { options } else { options.without_vectors().without_matrices() };
         let study = Study::with_options(first, &[self.range.name()], options).ok()?;
-        study.is_at_rest().then_some(Derived { study, from, to, ends })
+        (study.is_at_rest() && study.is_conservative()).then_some(Derived { study, from, to, ends })
     }
 
     /// Places that are best solved together.

@@ -6,8 +6,9 @@ use crate::common;
 
 use std::path::{Path, PathBuf};
 
-use batch_support::{check_vectors, model, random};
+use batch_support::{check_exponents, check_vectors, model, random};
 use common::load;
+use faer::c64;
 use librate::batch::{Options, Outcome, Study, StudyError};
 use librate::linearize::linearize;
 use librate::model::Model;
@@ -97,7 +98,7 @@ fn models_agree_with_certified_results() {
         .filter(|path| path.extension().is_some_and(|end| end == "lag"))
         .collect();
     files.sort();
-    let (mut models, mut proved, mut state) = (0, 0, 7);
+    let (mut models, mut proved, mut general, mut state) = (0, 0, [0, 0], 7);
     for path in files {
         let name = path.file_stem().unwrap().to_string_lossy().to_string();
         let model = load(&path);
@@ -125,6 +126,16 @@ fn models_agree_with_certified_results() {
         assert_eq!(solutions.len(), 11);
         models += 1;
         for (set, own) in sets.chunks(names.len()).zip(solutions.iter()) {
+            if !study.is_conservative() {
+                let certified = study.certified(set);
+                assert_eq!(certified.is_ok(), own.outcome.is_solved(), "{name} {set:?}: {:?}", own.outcome);
+                let Ok(want) = certified else { continue };
+                let [all, apart] = check_exponents(&name, study.dimension(), &own, &want);
+                general[0] += 1;
+                general[1] += usize::from(all < 1e-10);
+                assert!(apart < 1e-11, "{name} {set:?}: {apart:e}");
+                continue;
+            }
             let worst = check(&name, &study, set, &own);
             assert!(worst <= 1e-12, "{name}: off by {worst:e} of the largest");
             proved += usize::from(own.outcome == Outcome::Solved);
@@ -132,6 +143,7 @@ fn models_agree_with_certified_results() {
     }
     assert!(models > 40, "{models}");
     assert!(proved > 400, "{proved}");
+    assert!(general[0] > 250 && 2 * general[1] > general[0], "{general:?}");
 }
 
 const LINKS: &str = "
@@ -158,13 +170,19 @@ fn assert_same_bits(a: &Solution<'_>, b: &Solution<'_>) {
         (a.vectors, b.vectors),
         (a.mass, b.mass),
         (a.stiffness, b.stiffness),
+        (a.velocity, b.velocity),
+        (a.exponent_bounds, b.exponent_bounds),
     ] {
         assert_eq!(bits(a), bits(b));
+    }
+    let parts = |all: &[c64]| -> Vec<f64> { all.iter().flat_map(|own| [own.re, own.im]).collect() };
+    for (a, b) in [(a.exponents, b.exponents), (a.shapes, b.shapes)] {
+        assert_eq!(bits(&parts(a)), bits(&parts(b)));
     }
 }
 
 /// Every set by itself gives the same bits as among others, good and bad.
-fn assert_independent(study: &Study, sets: &[f64]) {
+pub(crate) fn assert_independent(study: &Study, sets: &[f64]) {
     let width = study.width();
     let together = study.solve(sets).unwrap();
     let mut again = study.solve(&sets[..width]).unwrap();

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 mod batch;
+mod batch_exponents;
 mod batch_pencils;
 #[cfg(feature = "engine")]
 mod batch_support;

@@ -7,22 +7,14 @@ use crate::span::Span;
 use crate::worded;
 
 worded! {
-/// What a model may say that the modes of this version do not cover.
+/// What a model may say that not every study covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 Feature {
-    /// Terms linear in the velocities that give a gyroscopic matrix.
-    Gyroscopic "the energies have terms linear in the velocities, which a mass and a stiffness matrix can't describe",
-    /// A `dissipation` function.
-    Dissipation "the model has a dissipation function, which a mass and a stiffness matrix can't describe",
-    /// A generalised `force`.
-    Force "the model has generalised forces, which a mass and a stiffness matrix can't describe",
     /// A `constraint`.
     Constraint "the model has constraints, which are not supported here",
     /// A `constraint` on velocities.
     Rolling "the model has conditions on velocities, which are not supported here",
-    /// `equilibrium NAME' = …`
-    SteadyMotion "the model has a steady motion, which a mass and a stiffness matrix can't describe",
     /// A coordinate without inertia.
     Massless "this coordinate has no inertia and follows the others, which is not supported here",
 }
@@ -208,7 +200,6 @@ Error LinearizeError {
             Feature::Rolling => "`modes` and `motion` cover them; their equilibria come in families and are not isolated",
             Feature::Massless => "`modes`, `derive`, `sweep`, `sensitivity`, `response` and `export` of matrices cover it; for other commands give it a small inertia",
             Feature::Constraint => "write the energies in independent coordinates, such as an angle in place of x and y on a circle; `modes` covers constraints",
-            _ => "`modes` covers it",
         }),
 
     /// A steady rate of a coordinate that something depends on.

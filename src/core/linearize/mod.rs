@@ -428,23 +428,14 @@ pub(super) fn check_time(model: &mut Model) -> Result<(), LinearizeError> {
     if model.drop_time() { Ok(()) } else { Err(LinearizeError::TimeDependent { span }) }
 }
 
-/// Refuses what is beyond M and K of free coordinates at rest.
+/// Refuses what is beyond free coordinates.
 fn check_plain(model: &Model) -> Result<(), LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
-    let rate = model.rates.given().map(|given| given.span).next();
-    let constraint = model.constraints.first().map(|own| own.span);
-    let features = [
-        (Feature::Dissipation, model.dissipation),
-        (Feature::Force, model.force),
-        (Feature::Constraint, constraint),
-        (Feature::SteadyMotion, rate),
-        (Feature::Rolling, model.rolling.first().map(|own| own.span)),
-    ];
-    let found =
-        features.into_iter().find_map(|(feature, span)| Some(LinearizeError::Unsupported { feature, span: span? }));
-    found.map_or(Ok(()), Err)
+    let both = [(Feature::Constraint, model.constraints.first()), (Feature::Rolling, model.rolling.first())];
+    let mut found = both.into_iter().filter_map(|(feature, own)| Some((feature, own?.span)));
+    found.next().map_or(Ok(()), |(feature, span)| Err(LinearizeError::Unsupported { feature, span }))
 }
 
 impl Linearized {

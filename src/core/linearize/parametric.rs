@@ -1,4 +1,4 @@
-//! M, K and the forces as expressions in chosen parameters, for many sets of their values.
+//! The matrices and the forces as expressions in chosen parameters, for many sets of their values.
 //!
 //! What [`super::derive`] writes out, with every other parameter at its exact value, and with the
 //! equilibrium left open where it has to be searched for at each set.
@@ -7,7 +7,9 @@ use super::assemble;
 use super::equilibrium::{Equilibrium, Origin};
 use super::error::{Feature, LinearizeError};
 use super::parameters::{parameters_of, put_exponents_in};
-use super::velocity::Matrix;
+use super::steady::put_rates_in;
+use super::symbolic::SymbolicMatrices;
+use super::velocity::check_smooth;
 use super::{check_plain, missing_value, symbolic};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::{Given, Model};
@@ -32,10 +34,14 @@ pub struct Parametric {
     pub nominal: Option<Vec<f64>>,
     /// The mass matrix, row by row.
     pub mass: Vec<Vec<ExprId>>,
-    /// The stiffness matrix, row by row.
+    /// K + N, the stiffness matrix and what forces that no energy gives add to it, row by row; symmetric where the
+    /// model is conservative.
     pub stiffness: Vec<Vec<ExprId>>,
-    /// The gradient of the effective potential; empty where it is proved to vanish whatever the
-    /// parameters.
+    /// G + C, what multiplies velocities, row by row; `None` where the model is conservative: G, C and N are proved to
+    /// vanish whatever the parameters, and no force acts that no energy gives.
+    pub velocity: Option<Vec<Vec<ExprId>>>,
+    /// The gradient of the effective potential, less the forces that no energy gives; empty where it is proved to
+    /// vanish whatever the parameters.
     pub gradient: Vec<ExprId>,
 }
 
@@ -50,17 +56,28 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     for number in varying {
         model.parameters[*number].value = None;
     }
+    check_smooth(&model)?;
+    put_rates_in(&mut model)?;
     put_exponents_in(&mut model)?;
     let assembly = assemble::assemble(&mut model);
     let count = model.coordinates.len();
     let is_open = model.equilibria.iter().any(|given| given.is_none());
     let guessed = is_open && model.guesses.any();
 
+    let forces_at = |model: &mut Model, point: &[ExprId]| {
+        model.with_pool(|model, pool| {
+            let mut all = vec![pool.zero(); count];
+            for (number, parts) in symbolic::at_rest(model, pool, &assembly, point) {
+                all[number as usize] = pool.sum(&parts);
+            }
+            all
+        })
+    };
     let point = symbolic::stated(&model, false);
     let gradient = if guessed {
         None
     } else {
-        let gradient = model.with_pool(|model, pool| symbolic::gradient(model, pool, &assembly, &point));
+        let gradient = forces_at(&mut model, &point);
         let gradient = fixed(&mut model, varying, &gradient)?;
         let vanishes = |force: &ExprId| model.pool.vanishes(*force);
         gradient.iter().all(vanishes).then(Vec::new)
@@ -75,20 +92,15 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     let both = origins.iter().zip(model.coordinates.iter());
     let searched = both.map(|(origin, own)| (*origin == Origin::Found).then_some(own.symbol)).collect();
     let place = Equilibrium::exactly(vec![Ball::ZERO; count], origins);
-    let matrices = symbolic::matrices(&model, &assembly, &place);
-    model.pool = matrices.pool;
-    if let Some(span) = assembly.velocity.first().map(|family| family.terms.span)
-        && !symbolic::vanishes(&mut model, &assembly, Matrix::Gyroscopic, &matrices.equilibrium)
-    {
-        return Err(LinearizeError::Unsupported { feature: Feature::Gyroscopic, span });
-    }
+    let mut matrices = symbolic::matrices(&model, &assembly, &place);
+    model.pool = std::mem::take(&mut matrices.pool);
     let still = matrices.mass.iter().position(|row| row.iter().all(|entry| entry.is_zero()));
     if let Some(coordinate) = still {
         let span = model.coordinates.at(coordinate).span;
         return Err(LinearizeError::Unsupported { feature: Feature::Massless, span });
     }
-    let forces = |model: &Model, pool: &mut Pool| symbolic::gradient(model, pool, &assembly, &matrices.equilibrium);
-    let gradient = gradient.unwrap_or_else(|| model.with_pool(forces));
+    let velocity = velocities(&mut model, &mut matrices, assembly.acts_at_rest());
+    let gradient = gradient.unwrap_or_else(|| forces_at(&mut model, &matrices.equilibrium));
     // Only a place to start from: without one the search starts at the guess.
     let found = if closed || !is_open { None } else { super::linearize(whole).ok() };
     let nominal = found.map(|own| own.equilibrium().values.iter().map(Ball::mid_f64).collect());
@@ -98,13 +110,14 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     let mut all = matrices.equilibrium;
     all.extend(&start);
     all.extend(&gradient);
-    let rows = matrices.mass.iter().chain(&matrices.stiffness);
+    let rows = matrices.mass.iter().chain(&matrices.stiffness).chain(velocity.iter().flatten());
     all.extend(rows.flatten());
     let all = fixed(&mut model, varying, &all)?;
     let (equilibrium, rest) = all.split_at(count);
     let (start, rest) = rest.split_at(count);
     let (gradient, rest) = rest.split_at(gradient.len());
-    let (mass, stiffness) = rest.split_at(count * count);
+    let (mass, rest) = rest.split_at(count * count);
+    let (stiffness, own_velocity) = rest.split_at(count * count);
     let rows = |entries: &[ExprId]| -> Vec<Vec<ExprId>> { entries.chunks(count.max(1)).map(<[_]>::to_vec).collect() };
     Ok(Parametric {
         parameters: varying.iter().map(|number| model.parameters[*number].symbol).collect(),
@@ -115,9 +128,29 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
         nominal,
         mass: rows(mass),
         stiffness: rows(stiffness),
+        velocity: velocity.map(|_| rows(own_velocity)),
         gradient: gradient.to_vec(),
         pool: model.pool,
     })
+}
+
+/// G + C, and N is added to K; `None` where there is nothing of these, and no force of theirs at rest.
+fn velocities(model: &mut Model, matrices: &mut SymbolicMatrices, acts_at_rest: bool) -> Option<Vec<Vec<ExprId>>> {
+    let SymbolicMatrices { gyroscopic, damping, circulatory, stiffness, mass, .. } = matrices;
+    if !acts_at_rest && gyroscopic.is_none() && damping.is_none() && circulatory.is_none() {
+        return None;
+    }
+    let pool = &mut model.pool;
+    let mut velocity = vec![vec![pool.zero(); mass.len()]; mass.len()];
+    let mut add = |into: &mut [Vec<ExprId>], rows: &Option<Vec<Vec<ExprId>>>| {
+        for (entry, own) in into.iter_mut().flatten().zip(rows.iter().flatten().flatten()) {
+            *entry = pool.add(*entry, *own);
+        }
+    };
+    add(&mut velocity, gyroscopic);
+    add(&mut velocity, damping);
+    add(stiffness, circulatory);
+    Some(velocity)
 }
 
 /// Expressions with every parameter at its value but those that vary.

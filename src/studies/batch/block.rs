@@ -3,8 +3,11 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::bound::{Bounder, Entry};
+use super::discs::{Discs, Matrices};
+use super::exponents::Exponents;
+use super::listed::{Listed, list};
 use super::search::Search;
-use super::solutions::{Outcome, Solutions};
+use super::solutions::{NO_NUMBER, Outcome, Solutions};
 use super::solve::Solver;
 use super::tape::{Registers, run};
 use super::{Bounds, Options};
@@ -24,9 +27,12 @@ pub(super) struct Compiled {
     /// The registers of the equilibrium, one a coordinate.
     pub(super) equilibrium: Vec<usize>,
     pub(super) mass: Vec<Entry>,
+    /// Of the upper triangle where the model is conservative, else all.
     pub(super) stiffness: Vec<Entry>,
-    /// The registers of the gradient of the potential, one a coordinate; empty where it is proved
-    /// to vanish.
+    /// What multiplies velocities, all entries; `None` where the model is conservative.
+    pub(super) velocity: Option<Vec<Entry>>,
+    /// The registers of the forces with the sign of a gradient of the potential, one a coordinate; empty where they
+    /// are proved to vanish.
     pub(super) gradient: Vec<usize>,
     /// What the search needs, where there is one.
     pub(super) search: Option<Start>,
@@ -55,6 +61,16 @@ pub(super) struct Workspace {
     /// Memory for the search.
     pub(super) search: Option<Search>,
     order: Vec<usize>,
+    /// Memory for exponents, where there are some.
+    general: Option<Box<General>>,
+}
+
+/// Memory for exponents.
+#[derive(Clone, Debug)]
+struct General {
+    exponents: Exponents,
+    discs: Discs,
+    listed: Vec<Listed>,
 }
 
 /// A program run with the vector instructions that the machine has.
@@ -102,8 +118,37 @@ impl WithSimd for Bound<'_> {
     }
 }
 
+/// Exponents likewise, with vectors or without.
+struct SolveGeneral<'a, const VECTORS: bool> {
+    exponents: &'a mut Exponents,
+    solver: &'a mut Solver,
+}
+
+impl<const VECTORS: bool> WithSimd for SolveGeneral<'_, VECTORS> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.exponents.solve::<VECTORS>(self.solver);
+    }
+}
+
+/// Their bounds likewise.
+struct BoundGeneral<'a> {
+    general: &'a mut General,
+    matrices: Matrices<'a>,
+}
+
+impl WithSimd for BoundGeneral<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.general.discs.bound(&self.general.exponents, self.matrices);
+    }
+}
+
 impl Registers {
-    /// Puts M and K where a solver reads them, of the coordinates that have a place there; gives 1 where their entries are numbers.
+    /// Puts M and K where a solver reads them, of the coordinates that have a place there; gives 1 where their entries
+    /// are numbers.
     pub(super) fn fill(
         &self,
         compiled: &Compiled,
@@ -112,14 +157,17 @@ impl Registers {
     ) -> Lane {
         let n = solver.n;
         let mut numbers = Lane::ONE;
-        let parts = [(&compiled.mass, &mut solver.mass), (&compiled.stiffness, &mut solver.stiffness)];
-        for (entries, matrix) in parts {
+        let is_symmetric = compiled.velocity.is_none();
+        let stiffness = (&compiled.stiffness, &mut solver.stiffness, is_symmetric);
+        for (entries, matrix, is_symmetric) in [(&compiled.mass, &mut solver.mass, true), stiffness] {
             for entry in entries {
                 if let (Some(i), Some(j)) = (place(entry.row), place(entry.column)) {
                     let value = self.value[entry.register];
                     numbers = numbers * finite(value);
                     matrix[i * n + j] = value;
-                    matrix[j * n + i] = value;
+                    if is_symmetric {
+                        matrix[j * n + i] = value;
+                    }
                 }
             }
         }
@@ -135,8 +183,12 @@ impl Workspace {
             registers: Registers::new(&compiled.program),
             solver: Solver::new(n),
             bounder: Bounder::new(n),
-            search: compiled.search.as_ref().map(|start| Search::new(start, n)),
+            search: compiled.search.as_ref().map(|start| Search::new(start, n, compiled.velocity.is_none())),
             order: Vec::with_capacity(n),
+            general: compiled.velocity.as_ref().map(|_| {
+                let listed = Vec::with_capacity(2 * n);
+                Box::new(General { exponents: Exponents::new(n), discs: Discs::new(n), listed })
+            }),
         }
     }
 
@@ -189,15 +241,19 @@ impl Workspace {
         // Where the expression of a given equilibrium has no value, there is none, even if M and K
         // have lost it in simplification.
         let found = compiled.equilibrium.iter().fold(found, |found, at| found * finite(self.registers.value[*at]));
-        let numbers = self.registers.fill(compiled, &mut self.solver, Some);
-        self.arch.dispatch(Solve(&mut self.solver));
-        if rigorous {
-            self.arch.dispatch(Bound {
-                bounder: &mut self.bounder,
-                solver: &self.solver,
-                compiled,
-                registers: &self.registers,
-            });
+        let mut numbers = self.registers.fill(compiled, &mut self.solver, Some);
+        if let Some(velocity) = &compiled.velocity {
+            numbers = numbers * self.solve_general(compiled, velocity, options);
+        } else {
+            self.arch.dispatch(Solve(&mut self.solver));
+            if rigorous {
+                self.arch.dispatch(Bound {
+                    bounder: &mut self.bounder,
+                    solver: &self.solver,
+                    compiled,
+                    registers: &self.registers,
+                });
+            }
         }
         let proved = if compiled.search.is_some() {
             if rigorous { self.equilibrium_proved(compiled) } else { Lane::ZERO }
@@ -222,6 +278,32 @@ impl Workspace {
             };
             self.write(compiled, options, outcome, (lane, first + lane), into);
         }
+    }
+
+    /// Solves for the exponents, and bounds them; gives 1 where what multiplies velocities is numbers.
+    fn solve_general(&mut self, compiled: &Compiled, velocity: &[Entry], options: &Options) -> Lane {
+        let Some(general) = &mut self.general else { return Lane::ZERO };
+        let mut numbers = Lane::ONE;
+        for entry in velocity {
+            let value = self.registers.value[entry.register];
+            numbers = numbers * finite(value);
+            general.exponents.velocity[entry.row * compiled.dimension + entry.column] = value;
+        }
+        let rigorous = options.bounds == Bounds::Rigorous;
+        let (exponents, solver) = (&mut general.exponents, &mut self.solver);
+        if rigorous || options.vectors {
+            self.arch.dispatch(SolveGeneral::<true> { exponents, solver });
+        } else {
+            self.arch.dispatch(SolveGeneral::<false> { exponents, solver });
+        }
+        self.solver.converged = general.exponents.converged;
+        if rigorous {
+            let (values, errors) = (&self.registers.value[..], &self.registers.error[..]);
+            self.bounder.weigh(&self.solver, &compiled.mass, (values, errors));
+            let entries = [&compiled.mass[..], &compiled.stiffness, velocity];
+            self.arch.dispatch(BoundGeneral { general, matrices: Matrices { entries, values, errors } });
+        }
+        numbers
     }
 
     /// 1 where no force acts, as far as the bounds can tell.
@@ -260,6 +342,10 @@ impl Workspace {
                 }
             }
         }
+        if let Some(general) = &mut self.general {
+            general.write(options, outcome, (lane, set), into);
+            return;
+        }
         let omega_squared = &mut into.omega_squared[row.clone()];
         let bounds = &mut into.bounds[row];
         if !outcome.is_solved() {
@@ -297,6 +383,38 @@ impl Workspace {
                 }
                 orient(to);
             }
+        }
+    }
+}
+
+impl General {
+    /// Writes the results of one lane.
+    fn write(&mut self, options: &Options, outcome: Outcome, (lane, set): (usize, usize), into: &mut Solutions) {
+        let n = into.dimension;
+        let row = set * 2 * n..(set + 1) * 2 * n;
+        let square = set * n * n..(set + 1) * n * n;
+        if options.matrices {
+            for (to, from) in into.velocity[square].iter_mut().zip(&self.exponents.velocity) {
+                *to = from.0[lane] + 0.0;
+            }
+        }
+        let shapes = if options.vectors { &mut into.shapes[set * 2 * n * n..(set + 1) * 2 * n * n] } else { &mut [] };
+        if !outcome.is_solved() {
+            into.exponents[row.clone()].fill(NO_NUMBER);
+            into.exponent_bounds[row].fill(f64::NAN);
+            shapes.fill(NO_NUMBER);
+            return;
+        }
+        let rigorous = options.bounds == Bounds::Rigorous;
+        let values = if rigorous { &self.discs.values } else { &self.exponents.values };
+        let radii = rigorous.then_some(&self.discs.radii[..]);
+        list(values, radii, self.exponents.unit.0[lane], lane, &mut self.listed);
+        let numbers = into.exponents[row.clone()].iter_mut().zip(&mut into.exponent_bounds[row]);
+        for ((value, bound), own) in numbers.zip(&self.listed) {
+            (*value, *bound) = (own.value, own.bound);
+        }
+        for (shape, own) in shapes.chunks_exact_mut(n.max(1)).zip(&self.listed) {
+            own.shape(&self.exponents, lane, shape);
         }
     }
 }

@@ -35,7 +35,7 @@ use super::solve::Solver;
 use super::tape::U;
 use librate_core::precision::Lane;
 
-/// An entry of the upper triangle that is not zero identically.
+/// An entry that is not zero identically, of a symmetric matrix one of the upper triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub(super) row: usize,
@@ -81,14 +81,14 @@ pub(super) fn growth(m: usize) -> f64 {
 
 /// More than underflow takes away from an entry of a form: at most 4000·4000 products lose
 /// 2^-1075 each, times the vectors' components; vectors that long are refused.
-const TINY: f64 = 1e-240;
-const LONGEST: f64 = 1e60;
+pub(super) const TINY: f64 = 1e-240;
+pub(super) const LONGEST: f64 = 1e60;
 /// Without weights φ_i is below this, with weights below twice as much, and ĝ_ii is within it of 1:
 /// then 1/(ĝ_ii - φ_i) <= 16/13.
-const ROOM: f64 = 1.0 / 16.0;
+pub(super) const ROOM: f64 = 1.0 / 16.0;
 const INVERSE_ROOM: f64 = 1.25;
 /// Weights are at most this.
-const LARGEST_WEIGHT: f64 = 1e30;
+pub(super) const LARGEST_WEIGHT: f64 = 1e30;
 
 impl Form {
     fn new(n: usize) -> Self {
@@ -165,6 +165,18 @@ impl Bounder {
             inertia: Form::new(n),
             product: row.clone(),
             error: row,
+        }
+    }
+
+    /// Whether M is proved to be positive definite, from the rows of W.
+    #[inline(always)]
+    pub(super) fn weigh(&mut self, solver: &Solver, mass: &[Entry], numbers: (&[Lane], &[Lane])) {
+        let x = &solver.vectors[..solver.n * solver.n];
+        self.inertia.compute(mass, numbers, x, (&mut self.product[..], &mut self.error[..]));
+        self.positive = Lane::ONE;
+        for i in 0..solver.n {
+            let phi = (self.inertia.errors[i] + self.inertia.beside[i]) * Lane::splat(growth(solver.n));
+            self.positive = self.positive * self.inertia.diagonal[i].above(phi);
         }
     }
 

@@ -3,7 +3,8 @@
 //! A [`Study`] compiles M, K, the equilibrium and (where that has to be searched for) the forces
 //! of a model, as functions of the parameters that vary, to a program that works on eight sets at
 //! once; then [`Study::solve`] gives equilibrium, M, K, all ω² with bounds and mode shapes of every
-//! set, in flat arrays ([`Solutions`]).
+//! set, in flat arrays ([`Solutions`]). Models with friction, forces or terms linear in the velocities have 2n complex
+//! exponents in place of n squares ([`Study::is_conservative`], [`Solutions::exponents`]).
 //!
 //! ```
 //! use librate::batch::Study;
@@ -53,9 +54,10 @@
 //! for, K is enclosed for all points near the one found, and that one of them is an equilibrium is
 //! proved as well where the outcome is [`Outcome::Solved`]; [`Outcome::Estimated`] says that it is
 //! not. The bound of well-conditioned problems is some 1e-14 of the largest ω². It is for ω²; mode
-//! shapes have none. Zero modes of free bodies come out as small numbers with a bound around zero
-//! and are not proved to be zero; within a degenerate cluster the vectors are M-orthonormal to
-//! rounding, but which basis they are is not fixed. For digits to be quoted, proved zeros and
+//! shapes have none. Likewise exponents; of those that are equal and have one vector (critical damping, a free
+//! coordinate without friction) the bound is about the root of that, or infinite. Zero modes of free bodies come out
+//! as small numbers with a bound around zero and are not proved to be zero; within a degenerate cluster the vectors
+//! are M-orthonormal to rounding, but which basis they are is not fixed. For digits to be quoted, proved zeros and
 //! vectors with bounds there is [`Study::certified`], one set at a time.
 //!
 //! With the model's equilibrium searched for, each set starts from the one at the model's own
@@ -83,7 +85,11 @@
 mod block;
 mod bound;
 mod certified;
+mod complex;
+mod discs;
 mod error;
+mod exponents;
+mod listed;
 mod search;
 mod solutions;
 mod solve;
@@ -106,7 +112,7 @@ use librate_core::model::Model;
 /// Whether errors are bounded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Bounds {
-    /// Every ω² gets a bound that holds; it takes a fifth to a third more time.
+    /// Every ω² or exponent gets a bound that holds; for ω² it takes a fifth to a third more time.
     #[default]
     Rigorous,
     /// Nothing is said about errors, and all bounds are infinite. For pictures.
@@ -194,10 +200,18 @@ impl Study {
         self.varying.len()
     }
 
-    /// Whether equilibria are given points, or 0, at which no force acts whatever the values are: proved, and never searched for.
+    /// Whether equilibria are given points, or 0, at which no force acts whatever the values are: proved, and never
+    /// searched for.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.compiled.search.is_none() && self.compiled.gradient.is_empty()
+    }
+
+    /// Whether no force acts but those of a potential, so that ω² are what there is to find. Any other model has
+    /// exponents instead: terms linear in the velocities, friction, forces.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        self.compiled.velocity.is_none()
     }
 
     /// The number of coordinates.
@@ -237,8 +251,8 @@ impl Study {
         self.solve_near(sets, &[], into)
     }
 
-    /// As [`Study::solve_into`], for values that are off by up to `errors`, one a value: with [`Bounds::Rigorous`] the bounds hold for all
-    /// sets of exact values as near as that. What `errors` has no number for is exact.
+    /// As [`Study::solve_into`], for values that are off by up to `errors`, one a value: with [`Bounds::Rigorous`] the
+    /// bounds hold for all sets of exact values as near as that. What `errors` has no number for is exact.
     ///
     /// # Errors
     /// As [`Study::solve`].
@@ -247,8 +261,7 @@ impl Study {
         if !sets.len().is_multiple_of(width) {
             return Err(StudyError::Length { found: sets.len(), width });
         }
-        let parts = [self.options.vectors, self.options.matrices];
-        into.prepare(self.dimension(), sets.len() / width, parts);
+        into.prepare(self.dimension(), sets.len() / width, self.is_conservative(), self.options);
         let mut workspace = Workspace::new(&self.compiled);
         for (block, sets) in sets.chunks(LANES * width).enumerate() {
             let first = block * LANES;
@@ -297,19 +310,20 @@ fn independent(model: &Model, number: usize) -> Result<(), StudyError> {
     if on.is_empty() { Err(StudyError::SetsRange { name }) } else { Err(StudyError::Dependent { name, on }) }
 }
 
-/// The entries of a symmetric matrix that are not zero identically, and their expressions.
-fn entries(pool: &Pool, rows: &[Vec<ExprId>], first: usize) -> (Vec<Entry>, Vec<ExprId>) {
-    let (mut entries, mut roots) = (Vec::new(), Vec::new());
+/// The entries of a matrix that are not zero identically, of a symmetric one those of the upper triangle; their
+/// expressions are added to the roots.
+fn entries(pool: &Pool, rows: &[Vec<ExprId>], is_symmetric: bool, roots: &mut Vec<ExprId>) -> Vec<Entry> {
+    let mut entries = Vec::new();
     for (row, expressions) in rows.iter().enumerate() {
-        for (column, expression) in expressions.iter().enumerate().skip(row) {
+        for (column, expression) in expressions.iter().enumerate().skip(if is_symmetric { row } else { 0 }) {
             if pool.as_number(*expression).is_some_and(|x| x.is_zero()) {
                 continue;
             }
-            entries.push(Entry { row, column, register: first + roots.len() });
+            entries.push(Entry { row, column, register: roots.len() });
             roots.push(*expression);
         }
     }
-    (entries, roots)
+    entries
 }
 
 /// Compiles everything into one program.
@@ -317,17 +331,16 @@ fn compile(parametric: Parametric) -> Result<Compiled, UnboundSymbol> {
     let pool = &parametric.pool;
     let n = parametric.equilibrium.len();
     let mut roots = parametric.equilibrium.clone();
-    let (mut mass, expressions) = entries(pool, &parametric.mass, roots.len());
-    roots.extend(expressions);
-    let (mut stiffness, expressions) = entries(pool, &parametric.stiffness, roots.len());
-    roots.extend(expressions);
+    let mut mass = entries(pool, &parametric.mass, true, &mut roots);
+    let mut stiffness = entries(pool, &parametric.stiffness, parametric.velocity.is_none(), &mut roots);
+    let mut velocity = parametric.velocity.as_ref().map(|rows| entries(pool, rows, false, &mut roots));
     let first_force = roots.len();
     roots.extend(&parametric.gradient);
     let mut inputs = parametric.parameters.clone();
     inputs.extend(parametric.searched.iter().flatten());
     let program = Program::compile(pool, &roots, &inputs)?;
     let register = |output: usize| program.outputs[output] as usize;
-    for entry in mass.iter_mut().chain(&mut stiffness) {
+    for entry in mass.iter_mut().chain(&mut stiffness).chain(velocity.iter_mut().flatten()) {
         entry.register = register(entry.register);
     }
     let free: Vec<usize> = (0..n).filter(|at| parametric.searched[*at].is_some()).collect();
@@ -348,6 +361,7 @@ fn compile(parametric: Parametric) -> Result<Compiled, UnboundSymbol> {
         gradient: (first_force..roots.len()).map(register).collect(),
         mass,
         stiffness,
+        velocity,
         search,
         program,
     })

@@ -1,14 +1,16 @@
 //! Equilibria that have to be searched for, eight sets at once.
 //!
 //! Newton's method on the generalised forces in modal coordinates, damped so that the forces fall
-//! at every step, from the equilibrium at the model's own values (or from its guess). Directions
+//! at every step, from the equilibrium at the model's own values (or from its guess). Where the forces have no
+//! potential, K is their derivative, and in place of modes there are vectors v_i that take the forces apart: t_iᵀ K
+//! v_j is 0 for i ≠ j ([`Solver::split`]). Directions
 //! that nothing holds are not moved along, as for a single model. What is found is then verified
 //! with bounds: the forces may vanish there, and, where it can be shown, an equilibrium *does* lie
 //! within the radius that the stiffness is evaluated for (see
 //! [`Workspace::equilibrium_proved`]).
 
 use super::block::{Compiled, Start, Workspace, finite};
-use super::bound::growth;
+use super::bound::{TINY, growth};
 use super::solve::Solver;
 use super::tape::{Registers, U};
 use librate_core::precision::Lane;
@@ -35,6 +37,10 @@ pub(super) struct Search {
     step: Vec<Lane>,
     /// The coordinates before a trial step.
     before: Vec<Lane>,
+    /// t_i, row by row, where forces have no potential; there t_iᵀ K v_i and a bound of its error and of |t_iᵀ K v_j|
+    /// over all other j.
+    tests: Vec<Lane>,
+    rows: Vec<(Lane, Lane)>,
     /// What the forces are at the point found, with their bounds; one a coordinate.
     rest: Vec<(Lane, Lane)>,
     /// No modal coordinate is off by more, if the estimate holds.
@@ -44,8 +50,9 @@ pub(super) struct Search {
 }
 
 impl Search {
-    pub(super) fn new(start: &Start, n: usize) -> Self {
+    pub(super) fn new(start: &Start, n: usize, is_conservative: bool) -> Self {
         let m = start.free.len();
+        let tests = if is_conservative { 0 } else { m };
         let row = vec![Lane::ZERO; m];
         Self {
             solver: Solver::new(m),
@@ -54,10 +61,17 @@ impl Search {
             modal: row.clone(),
             step: row.clone(),
             before: row.clone(),
+            tests: vec![Lane::ZERO; tests * m],
+            rows: vec![(Lane::ZERO, Lane::ZERO); tests],
             rest: vec![(Lane::ZERO, Lane::ZERO); n],
             radius: Lane::ZERO,
             stays: Lane::ZERO,
         }
+    }
+
+    /// What the forces are multiplied by: v_i itself, or t_i.
+    fn tests(&self) -> &[Lane] {
+        if self.tests.is_empty() { &self.solver.vectors } else { &self.tests }
     }
 
     /// The forces in modal coordinates, Xᵀ F; gives the sum of their squares.
@@ -67,7 +81,7 @@ impl Search {
         for i in 0..m {
             let mut sum = Lane::ZERO;
             for a in 0..m {
-                sum += self.solver.vectors[i * m + a] * self.force[a];
+                sum += self.tests()[i * m + a] * self.force[a];
             }
             self.modal[i] = sum;
             norm += sum * sum;
@@ -78,7 +92,9 @@ impl Search {
     /// 1 for the modes that are held, else 0.
     fn held(&self, mode: usize) -> Lane {
         let stiffest = self.solver.values.iter().fold(Lane::ZERO, |most, value| value.abs().max(most));
-        self.solver.values[mode].abs().above(stiffest * Lane::splat(NEUTRAL))
+        // Those are squares of stiffnesses.
+        let neutral = if self.tests.is_empty() { NEUTRAL } else { NEUTRAL * NEUTRAL };
+        self.solver.values[mode].abs().above(stiffest * Lane::splat(neutral))
     }
 
     /// The Newton step; gives its largest component and the largest coordinate.
@@ -157,7 +173,11 @@ impl Workspace {
     fn modes(&self, compiled: &Compiled, start: &Start, search: &mut Search) {
         let place = |coordinate: usize| start.free.binary_search(&coordinate).ok();
         self.registers.fill(compiled, &mut search.solver, place);
-        self.solve(&mut search.solver);
+        if compiled.velocity.is_none() {
+            self.solve(&mut search.solver);
+        } else {
+            search.solver.split(&mut search.tests);
+        }
     }
 
     /// Newton steps until no set gets any further.
@@ -219,7 +239,7 @@ impl Workspace {
         search.step.fill(Lane::ZERO);
         for i in 0..m {
             let vector = &search.solver.vectors[i * m..(i + 1) * m];
-            let left = modal_force(vector, &start.free, &search.rest);
+            let left = modal_force(&search.tests()[i * m..(i + 1) * m], &start.free, &search.rest);
             let held = search.held(i);
             let step = left / search.solver.values[i].abs();
             radius = step.choose(held, Lane::ZERO).max(radius);
@@ -234,6 +254,41 @@ impl Workspace {
             self.registers.error[Self::place(compiled, k)] = *reach * search.radius * Lane::splat(1.001);
         }
         self.run::<true>(&compiled.program);
+        if compiled.velocity.is_some() {
+            self.couple(compiled, start, search);
+        }
+    }
+
+    /// The rows of t_iᵀ K v_j, for all K near the point found.
+    fn couple(&self, compiled: &Compiled, start: &Start, search: &mut Search) {
+        let m = start.free.len();
+        let (gamma, grow) = (Lane::splat((2 * m + 4) as f64 * U), Lane::splat(growth(m)));
+        let place = |coordinate: usize| start.free.binary_search(&coordinate).ok();
+        search.rows.fill((Lane::ZERO, Lane::ZERO));
+        for (j, vector) in search.solver.vectors.chunks_exact(m).enumerate() {
+            let (image, error) = (&mut search.modal, &mut search.force);
+            image.fill(Lane::ZERO);
+            error.fill(Lane::splat(TINY));
+            for entry in &compiled.stiffness {
+                if let (Some(a), Some(b)) = (place(entry.row), place(entry.column)) {
+                    let value = self.registers.value[entry.register];
+                    image[a] += value * vector[b];
+                    error[a] += (gamma * value.abs() + self.registers.error[entry.register]) * vector[b].abs();
+                }
+            }
+            for (i, (test, row)) in search.tests.chunks_exact(m).zip(&mut search.rows).enumerate() {
+                let (mut sum, mut off) = (Lane::ZERO, Lane::splat(TINY));
+                for (a, t) in test.iter().enumerate() {
+                    sum += *t * image[a];
+                    off += t.abs() * error[a];
+                }
+                if i == j {
+                    *row = (sum, row.1 + off * grow);
+                } else {
+                    row.1 += (sum.abs() + off) * grow;
+                }
+            }
+        }
     }
 
     /// Where an equilibrium is proved to lie within the radius: 1, else 0.
@@ -243,7 +298,8 @@ impl Workspace {
     /// for, so that |H(η) - diag ĥ| has row sums of at most ρ_i ([`super::bound`]). By the mean
     /// value theorem the map η - g(η)/ĥ (component by component) sends that box into itself where
     /// |g_i(0)| + ρ_i r <= |ĥ_ii| r for all i, and by Brouwer's theorem it has a fixed point: a zero
-    /// of the forces (the idea of R. Krawczyk, Computing 4 (1969) 187).
+    /// of the forces (the idea of R. Krawczyk, Computing 4 (1969) 187). Where they have no potential, the same holds
+    /// for g = TᵀF and H = TᵀKX; T is regular because H is.
     pub(super) fn equilibrium_proved(&self, compiled: &Compiled) -> Lane {
         let n = compiled.dimension;
         let (Some(start), Some(search)) = (&compiled.search, &self.search) else { return Lane::ZERO };
@@ -254,15 +310,20 @@ impl Workspace {
         let r = search.radius;
         let grow = Lane::splat(growth(n));
         let mut proved = Lane::ONE;
+        let is_conservative = compiled.velocity.is_none();
+        let tests = if is_conservative { &self.solver.vectors } else { &search.tests };
         for i in 0..n {
-            let vector = &self.solver.vectors[i * n..(i + 1) * n];
-            let left = modal_force(vector, &start.free, &search.rest);
-            let needed = (left + self.bounder.row(i) * r) * grow;
-            proved = proved * (self.bounder.diagonal(i).abs() * r).above(needed);
+            let left = modal_force(&tests[i * n..(i + 1) * n], &start.free, &search.rest);
+            let (diagonal, row) =
+                if is_conservative { (self.bounder.diagonal(i), self.bounder.row(i)) } else { search.rows[i] };
+            let needed = (left + row * r) * grow;
+            proved = proved * (diagonal.abs() * r).above(needed);
         }
-        for (a, reach) in self.bounder.reach.iter().enumerate() {
+        for a in 0..n {
+            let sizes = || (0..n).fold(Lane::ZERO, |sum, j| sum + search.solver.vectors[j * n + a].abs());
+            let reach = if is_conservative { self.bounder.reach[a] } else { sizes() * grow };
             let room = self.registers.error[Self::place(compiled, a)];
-            proved = proved * room.above(*reach * r * grow);
+            proved = proved * room.above(reach * r * grow);
         }
         proved.max(search.stays)
     }

@@ -1,6 +1,11 @@
 //! What a study finds: flat arrays, one stretch a set.
 
+use faer::c64;
+
+use super::Options;
 use librate_core::modes::Kind;
+
+pub(super) const NO_NUMBER: c64 = c64::new(f64::NAN, f64::NAN);
 
 /// What became of a set of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -34,8 +39,9 @@ impl Outcome {
 /// The results of many sets of parameters, in flat arrays: set after set in the order given.
 ///
 /// n is the number of coordinates, in the model's order; everything is in SI where the model has
-/// units. Where a set has no solution its numbers are NaN, but for the equilibrium, M and K as far
-/// as they are known.
+/// units. A conservative model has ω², their bounds and mode shapes, any other one has exponents, their bounds and
+/// shapes and the matrix of velocities; what a model does not have is empty. Where a set has no solution its numbers
+/// are NaN, but for the equilibrium, M and K as far as they are known.
 #[derive(Clone, Debug, Default)]
 pub struct Solutions {
     pub(super) dimension: usize,
@@ -46,6 +52,10 @@ pub struct Solutions {
     pub(super) vectors: Vec<f64>,
     pub(super) mass: Vec<f64>,
     pub(super) stiffness: Vec<f64>,
+    pub(super) exponents: Vec<c64>,
+    pub(super) exponent_bounds: Vec<f64>,
+    pub(super) shapes: Vec<c64>,
+    pub(super) velocity: Vec<f64>,
 }
 
 impl Solutions {
@@ -56,17 +66,22 @@ impl Solutions {
     }
 
     /// Makes room for results; whatever was there is overwritten.
-    pub(super) fn prepare(&mut self, dimension: usize, count: usize, parts: [bool; 2]) {
-        let [vectors, matrices] = parts;
+    pub(super) fn prepare(&mut self, dimension: usize, count: usize, is_conservative: bool, options: Options) {
+        let Options { vectors, matrices, .. } = options;
         let (n, square) = (dimension * count, dimension * dimension * count);
+        let [squares, exponents] = if is_conservative { [n, 0] } else { [0, 2 * n] };
         self.dimension = dimension;
         self.outcomes.resize(count, Outcome::NotFinite);
         self.equilibria.resize(n, f64::NAN);
-        self.omega_squared.resize(n, f64::NAN);
-        self.bounds.resize(n, f64::NAN);
-        self.vectors.resize(if vectors { square } else { 0 }, f64::NAN);
+        self.omega_squared.resize(squares, f64::NAN);
+        self.bounds.resize(squares, f64::NAN);
+        self.vectors.resize(if vectors { squares * dimension } else { 0 }, f64::NAN);
         self.mass.resize(if matrices { square } else { 0 }, f64::NAN);
         self.stiffness.resize(if matrices { square } else { 0 }, f64::NAN);
+        self.exponents.resize(exponents, NO_NUMBER);
+        self.exponent_bounds.resize(exponents, f64::NAN);
+        self.shapes.resize(if vectors { exponents * dimension } else { 0 }, NO_NUMBER);
+        self.velocity.resize(if matrices && !is_conservative { square } else { 0 }, f64::NAN);
     }
 
     /// The number of sets.
@@ -99,7 +114,7 @@ impl Solutions {
         &self.equilibria
     }
 
-    /// ω² of all modes in 1/s², ascending: n a set.
+    /// ω² of all modes in 1/s², ascending: n a set. Empty where the model is not conservative.
     #[must_use]
     pub fn omega_squared(&self) -> &[f64] {
         &self.omega_squared
@@ -125,10 +140,42 @@ impl Solutions {
         &self.mass
     }
 
-    /// The stiffness matrices: n·n a set (symmetric); empty if not asked for.
+    /// The stiffness matrices K + N: n·n a set, row after row (symmetric where the model is conservative); empty if
+    /// not asked for.
     #[must_use]
     pub fn stiffness(&self) -> &[f64] {
         &self.stiffness
+    }
+
+    /// The matrices C + G that multiply velocities: n·n a set, row after row; empty if not asked for, and where the
+    /// model is conservative.
+    #[must_use]
+    pub fn velocity(&self) -> &[f64] {
+        &self.velocity
+    }
+
+    /// The exponents s of all motions x exp(s t), the roots of det(s² M + s (C + G) + K + N), in 1/s, as often as
+    /// their multiplicity: 2n a set. By rising |Im s|, then by rising Re s, conjugates beside each other, the one with
+    /// Im s > 0 first. Empty where the model is conservative.
+    #[must_use]
+    pub fn exponents(&self) -> &[c64] {
+        &self.exponents
+    }
+
+    /// Bounds of the absolute errors |s - s exact| of [`Solutions::exponents`] in 1/s: 2n a set, the same for
+    /// conjugates; infinite without rigorous bounds, and where exponents can't be told apart by vectors in doubles (a
+    /// critically damped motion). Exact exponents can be given in such an order that all bounds hold.
+    #[must_use]
+    pub fn exponent_bounds(&self) -> &[f64] {
+        &self.exponent_bounds
+    }
+
+    /// The mode shapes x of [`Solutions::exponents`]: 2n·n a set, one after the other, with xᴴ M x = 1 and the first
+    /// component within 1e-6 of the largest real and positive; empty if not asked for, and where the model is
+    /// conservative. They have no bounds.
+    #[must_use]
+    pub fn shapes(&self) -> &[c64] {
+        &self.shapes
     }
 
     /// The results of one set, by its number from 0.
@@ -148,6 +195,10 @@ impl Solutions {
             vectors: part(&self.vectors, set, n * n),
             mass: part(&self.mass, set, n * n),
             stiffness: part(&self.stiffness, set, n * n),
+            exponents: part(&self.exponents, set, 2 * n),
+            exponent_bounds: part(&self.exponent_bounds, set, 2 * n),
+            shapes: part(&self.shapes, set, 2 * n * n),
+            velocity: part(&self.velocity, set, n * n),
         }
     }
 
@@ -157,7 +208,7 @@ impl Solutions {
     }
 }
 
-fn part(all: &[f64], set: usize, width: usize) -> &[f64] {
+fn part<T>(all: &[T], set: usize, width: usize) -> &[T] {
     all.get(set * width..(set + 1) * width).unwrap_or(&[])
 }
 
@@ -176,8 +227,16 @@ pub struct Solution<'a> {
     pub vectors: &'a [f64],
     /// The mass matrix, n by n.
     pub mass: &'a [f64],
-    /// The stiffness matrix, n by n.
+    /// The stiffness matrix, n by n, row by row.
     pub stiffness: &'a [f64],
+    /// The exponents, 2n.
+    pub exponents: &'a [c64],
+    /// Bounds of the absolute errors of exponents.
+    pub exponent_bounds: &'a [f64],
+    /// Their shapes, 2n of n components.
+    pub shapes: &'a [c64],
+    /// What multiplies velocities, n by n, row by row.
+    pub velocity: &'a [f64],
 }
 
 /// One mode of one set.
@@ -198,7 +257,8 @@ pub struct BatchMode<'a> {
 
 impl<'a> Solution<'a> {
     /// One mode, in the order of [`Solution::omega_squared`]: unstable ones by falling growth, then
-    /// by rising frequency. `None` beyond the last one and where there is no solution.
+    /// by rising frequency. `None` beyond the last one, where there is no solution and where there are exponents
+    /// instead.
     #[must_use]
     pub fn mode(&self, mode: usize) -> Option<BatchMode<'a>> {
         if !self.outcome.is_solved() {

@@ -32,7 +32,7 @@ pub(super) struct Solver {
     pub(super) n: usize,
     /// M; symmetric.
     pub(super) mass: Vec<Lane>,
-    /// K; symmetric.
+    /// K; symmetric where the model is conservative.
     pub(super) stiffness: Vec<Lane>,
     /// Row i is the M-normalised eigenvector of eigenvalue i.
     pub(super) vectors: Vec<Lane>,
@@ -66,7 +66,6 @@ impl Solver {
     /// Solves the block.
     #[inline(always)]
     pub(super) fn solve(&mut self) {
-        self.positive = Lane::ONE;
         self.factor();
         self.reduce();
         let power = self.scale();
@@ -87,8 +86,9 @@ impl Solver {
 
     /// L, then W = L⁻¹ in its place, in `vectors`.
     #[inline(always)]
-    fn factor(&mut self) {
+    pub(super) fn factor(&mut self) {
         let n = self.n;
+        self.positive = Lane::ONE;
         self.vectors.fill(Lane::ZERO);
         for i in 0..n {
             for j in 0..=i {
@@ -185,13 +185,9 @@ impl Solver {
                         continue;
                     }
                     moved = moved.max(matters);
-                    // The smaller root of t² + 2 t d/a_pq - 1 = 0 with d = (a_qq - a_pp)/2.
-                    let d = (aqq - app) * Lane::splat(0.5);
-                    let length = d.abs() + (d * d + apq * apq).sqrt();
-                    let tangent = apq / length;
-                    let tangent = tangent.zip(d, |t, d| if d < 0.0 { -t } else { t });
+                    let (tangent, c) = rotation(app, aqq, apq);
                     let tangent = tangent.choose(matters, Lane::ZERO);
-                    let c = Lane::ONE / (Lane::ONE + tangent * tangent).sqrt();
+                    let c = c.choose(matters, Lane::ONE);
                     let s = tangent * c;
                     a[p * n + p] = app - tangent * apq;
                     a[q * n + q] = aqq + tangent * apq;
@@ -213,6 +209,52 @@ impl Solver {
         self.converged = Lane::ONE - moved;
         for i in 0..n {
             self.values[i] = self.reduced[i * n + i] * power;
+        }
+    }
+
+    /// For a K that need not be symmetric, M-orthonormal vectors v_i with (K v_i)ᵀ M⁻¹ K v_j = 0 beside the diagonal,
+    /// and for values the numbers on it; `tests` gets M⁻¹ K v_i row by row. Rotations of the columns of W K Wᵀ (M. R.
+    /// Hestenes, J. SIAM 6 (1958) 51).
+    pub(super) fn split(&mut self, tests: &mut [Lane]) {
+        let n = self.n;
+        self.factor();
+        self.reduced.copy_from_slice(&self.vectors);
+        let w = &self.reduced;
+        let sum = |terms: std::ops::Range<usize>, term: &dyn Fn(usize) -> Lane| {
+            terms.fold(Lane::ZERO, |sum, at| sum + term(at))
+        };
+        for (row, test) in tests.chunks_exact_mut(n).enumerate() {
+            for a in 0..n {
+                self.scratch[a] = sum(0..row + 1, &|b| self.stiffness[a * n + b] * w[row * n + b]);
+            }
+            for (c, test) in test.iter_mut().enumerate() {
+                *test = sum(0..c + 1, &|a| w[c * n + a] * self.scratch[a]);
+            }
+        }
+        for _ in 0..MOST_SWEEPS {
+            let mut moved = Lane::ZERO;
+            for p in 0..n {
+                for q in p + 1..n {
+                    let [app, aqq, apq] =
+                        [(p, p), (q, q), (p, q)].map(|(i, j)| sum(0..n, &|a| tests[i * n + a] * tests[j * n + a]));
+                    let matters = (apq * apq).above(app * aqq * Lane::splat(NEGLIGIBLE) + Lane::splat(NOTHING));
+                    moved = moved.max(matters);
+                    let (tangent, c) = rotation(app, aqq, apq);
+                    let c = c.choose(matters, Lane::ONE);
+                    let s = tangent.choose(matters, Lane::ZERO) * c;
+                    turn_rows(tests, n, (p, q), 0, (c, s));
+                    turn_rows(&mut self.vectors, n, (p, q), 0, (c, s));
+                }
+            }
+            if !moved.any() {
+                break;
+            }
+        }
+        for (value, test) in self.values.iter_mut().zip(tests.chunks_exact_mut(n)) {
+            *value = sum(0..n, &|a| test[a] * test[a]);
+            for a in 0..n {
+                test[a] = sum(a..n, &|c| w[c * n + a] * test[c]);
+            }
         }
     }
 
@@ -248,6 +290,16 @@ impl Solver {
         }
         std::mem::swap(&mut self.vectors, &mut self.reduced);
     }
+}
+
+/// The tangent and the cosine that make a_pq 0: the smaller root of t² + 2 t d/a_pq - 1 = 0 with d = (a_qq - a_pp)/2.
+#[inline(always)]
+fn rotation(app: Lane, aqq: Lane, apq: Lane) -> (Lane, Lane) {
+    let d = (aqq - app) * Lane::splat(0.5);
+    let length = d.abs() + (d * d + apq * apq).sqrt();
+    let tangent = apq / length;
+    let tangent = tangent.zip(d, |t, d| if d < 0.0 { -t } else { t });
+    (tangent, Lane::ONE / (Lane::ONE + tangent * tangent).sqrt())
 }
 
 /// Rows p and q from a column on become c·p - s·q and s·p + c·q.
