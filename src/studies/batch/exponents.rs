@@ -8,6 +8,7 @@
 //!    are so near to each other that their vectors are nearly the same, X⁻¹ A X keeps a triangular block (C. A. Bavely
 //!    and G. W. Stewart, SIAM J. Numer. Anal. 16 (1979) 359), scaled so that little of it is beside the diagonal.
 //!
+//! (That of nalgebra does not come to an end for some of these matrices, whose eigenvalues are pairs; that of faer is not public.)
 //! Which block of T is worked on is decided set by set; beyond it rotations are by the angle 0 and change nothing. So a
 //! set's numbers don't depend on its neighbours.
 
