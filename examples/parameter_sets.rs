@@ -1,8 +1,8 @@
 //! A thousand parameter sets of M, K and modes, timed, beside numpy on the same numbers.
 //!
 //! ```text
-//! cargo run --release --no-default-features --features engine --example parameter_sets -- [--sets 1000] [--python
-//! PYTHON] ```
+//! cargo run --release --no-default-features --features engine --example parameter_sets -- [--sets 1000] [--python PYTHON]
+//! ```
 //!
 //! The problems are those of the example `peer`: `A`, three pendulums joined by springs, six
 //! parameters; `B`, a pendulum of n links, every mass, every length and g; `C`, the same with friction. Every
