@@ -178,6 +178,9 @@ fn books(header: &str) -> Vec<(String, String)> {
     found.map(|own| (format!("{}, {}", own[1].replace(" and ", " & "), &own[2]), own[3].to_owned())).collect()
 }
 
+/// Links to models by places in a book, in the order of their numbers.
+type Places = BTreeMap<(Vec<u32>, String), Vec<String>>;
+
 /// The numbers in a text, in order.
 fn numbers(text: &str) -> Vec<u32> {
     text.split(|c: char| !c.is_ascii_digit()).filter_map(|own| own.parse().ok()).collect()
@@ -202,7 +205,7 @@ fn the_gallery_is_made_from_headers() {
     files.retain(|path| path.extension().is_some_and(|own| own == "lag"));
     files.sort();
     assert!(files.len() > 200);
-    let mut by_book: BTreeMap<String, BTreeMap<(Vec<u32>, String), Vec<String>>> = BTreeMap::new();
+    let mut by_book: BTreeMap<String, Places> = BTreeMap::new();
     for file in files {
         let text = read(&file);
         let path = file.strip_prefix("models").unwrap().with_extension("");
