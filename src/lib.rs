@@ -120,7 +120,7 @@ pub mod syntax {
     pub use librate_core::syntax::{
         Binding, Comparison, Drawn, Expr, ExprKind, ExprRef, FUNCTIONS, File, IndexKind, Indices, MOST_BYTES, Name,
         NameKind, NamePlace, STATEMENT_WORDS, Statement, StatementKind, SyntaxError, UnitKind, names, parse,
-        parse_readable, print_expr, print_statement, reserved_meaning, signature,
+        parse_changed, parse_readable, print_expr, print_statement, reserved_meaning, signature,
     };
 }
 

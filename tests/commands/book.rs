@@ -9,13 +9,13 @@ use std::path::{Component, Path, PathBuf};
 use crate::cli_support::run;
 use crate::common;
 use librate::linearize::linearize;
-use librate::model::{Settings, TableTexts, elaborate};
+use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 
 const BOOK: &str = "docs/book/src";
 
-fn read(path: &Path) -> String {
+pub(crate) fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
@@ -29,7 +29,7 @@ fn pages() -> Vec<PathBuf> {
 }
 
 /// Compares a page with what it is to be, or writes that.
-fn hold(page: &Path, wanted: &str) {
+pub(crate) fn hold(page: &Path, wanted: &str) {
     if std::env::var_os("UPDATE_BOOK").is_some() {
         std::fs::write(page, wanted).unwrap();
     } else {
@@ -167,15 +167,45 @@ fn plain(text: &str) -> String {
     text.replace('*', "\\*").replace('_', "\\_").replace('<', "&lt;")
 }
 
+/// The books that a header names with a place in them, each with that place.
+fn books(header: &str) -> Vec<(String, String)> {
+    let place = r"(?:§|ch\. |chapter |sections? |article |example )[\dIVX]+(?:[.-]\d+)*(?:,? problems?(?: \d+\w?)?)?";
+    let author = r"\p{Lu}[\w-]+(?: \p{Lu}[\w-]+)?";
+    let authors = format!("{author}(?:(?:, {author})* (?:&|and) {author})?");
+    let reference = format!(r"({authors}), (\p{{Lu}}[^;,.§]*), ({place}(?: and (?:{place}|\d[\d.]*\d))*)");
+    let reference = fancy_regex::Regex::new(&reference).unwrap();
+    let found = reference.captures_iter(header).map(|own| own.unwrap());
+    found.map(|own| (format!("{}, {}", own[1].replace(" and ", " & "), &own[2]), own[3].to_owned())).collect()
+}
+
+/// Links to models by places in a book, in the order of their numbers.
+type Places = BTreeMap<(Vec<u32>, String), Vec<String>>;
+
+/// The numbers in a text, in order.
+fn numbers(text: &str) -> Vec<u32> {
+    text.split(|c: char| !c.is_ascii_digit()).filter_map(|own| own.parse().ok()).collect()
+}
+
+/// The model that is drawn, and how it is set: of families with a hundred members or more one of ten.
+fn drawn(file: &Path, text: &str) -> (Option<Model>, &'static str) {
+    let number = text.lines().find_map(|line| line.strip_prefix("param N = ")?.parse::<u32>().ok());
+    let settings: &[&str] = if number.is_some_and(|own| own >= 100) { &["N=10"] } else { &[] };
+    // Its table of points is made by a program.
+    let is_there = !file.ends_with("large/network.lag");
+    let model = is_there.then(|| common::model_in(text, file.parent().unwrap(), settings));
+    (model, if settings.is_empty() { "" } else { " --set N=10" })
+}
+
 #[test]
 fn the_gallery_is_made_from_headers() {
     let mut chapters: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    let folders = ["", "amplitude", "equilibria", "period", "response", "rolling"];
+    let folders = ["", "amplitude", "equilibria", "hard", "large", "period", "response", "rolling"];
     let files = folders.iter().flat_map(|folder| std::fs::read_dir(Path::new("models").join(folder)).unwrap());
     let mut files: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|own| own == "lag"));
     files.sort();
-    assert!(files.len() > 150);
+    assert!(files.len() > 200);
+    let mut by_book: BTreeMap<String, Places> = BTreeMap::new();
     for file in files {
         let text = read(&file);
         let path = file.strip_prefix("models").unwrap().with_extension("");
@@ -185,21 +215,34 @@ fn the_gallery_is_made_from_headers() {
         assert!(!header.is_empty(), "{name} says nothing of itself");
         let is_source = |line: &&&str| line.starts_with("A mechanics course on ") || line.starts_with("A course on ");
         let course = header.iter().find(is_source).and_then(|line| line.split_once("course on ")).map(|(_, rest)| rest);
-        let course = course.map(|rest| rest.split([';', '.']).next().unwrap_or(rest));
+        let course = course.map(|rest| rest.split([':', ';', '.']).next().unwrap_or(rest));
         let lines: Vec<String> = header.iter().map(|line| plain(line)).collect();
-        // Modes have pictures; what is driven or falls has none.
-        let picture = if linearize(common::load(&file)).is_ok() {
-            format!("![](pictures/{}.svg)\n\n", path.display().to_string().replace('/', "_"))
-        } else {
-            String::new()
+        let (model, setting) = drawn(&file, &text);
+        let anchor = path.display().to_string().replace('/', "_");
+        let picture = match model.map(linearize) {
+            Some(Ok(_)) => format!("![](pictures/{anchor}.svg)"),
+            Some(Err(error)) => format!("No modes are drawn: {}.", plain(&error.to_string())),
+            None => "No modes are drawn: it has no points before a program makes them.".to_owned(),
         };
-        let entry = format!("### {}\n\n{picture}{}\n\n`{}`\n", title(name), lines.join("\n"), file.display());
+        let lines = lines.join("\n");
+        let entry =
+            format!("### {} {{#{anchor}}}\n\n{picture}\n\n{lines}\n\n`{}{setting}`\n", title(name), file.display());
         chapters.entry(course.or(folder).unwrap_or("other books").to_owned()).or_default().push(entry);
+        for (book, place) in books(&header.join(" ")) {
+            let places = by_book.entry(book).or_default();
+            let link = format!("[{}](#{anchor})", title(name).to_lowercase());
+            places.entry((numbers(&place), place)).or_default().push(link);
+        }
     }
-    let mut gallery = "# Gallery of models\n\nThe models of the folder `models`, by the subject of the lecture, with their sources and what is known of them. \
-        A test makes this page from\ntheir headers; another page says [how they are checked](checking.md). Not shown are `models/hard`, which are \
-        hard for numerical methods, and `models/large`,\nof up to a million coordinates: [speed and error](speed-and-error.md) measures some of them.\n"
+    let mut gallery = "# Gallery of models\n\nAll models of the folder `models`, by the subject of the lecture, with their sources and what is known of them. \
+        A test makes this page from\ntheir headers; another page says [how they are checked](checking.md). Those of \
+        `models/hard` are hard for numerical methods,\nthose of `models/large` have up to a million coordinates: [speed and error](speed-and-error.md) measures some of them. \
+        Where `--set N=10` is\nbehind a file, the picture is of a small member of the family.\n\n## By book and section\n\n"
         .to_owned();
+    for (book, places) in by_book {
+        let places = places.into_iter().map(|((_, place), links)| format!("{place}: {}", links.join(", ")));
+        let _ = writeln!(gallery, "- **{book}**: {}", places.collect::<Vec<_>>().join("; "));
+    }
     for (subject, entries) in chapters {
         let _ = write!(gallery, "\n## {}\n\n{}", title(&subject), entries.join("\n"));
     }

@@ -27,6 +27,7 @@ mod layers;
 mod lsp;
 mod mistakes;
 mod pictures;
+mod reference;
 mod schema;
 mod snapshots;
 mod sweep;

@@ -27,3 +27,4 @@ mod syntax_random;
 mod syntax_trees;
 mod textmate;
 mod tree_sitter;
+mod typed;

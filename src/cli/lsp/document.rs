@@ -19,20 +19,23 @@ pub(super) struct Document {
     /// Whether the whole text has a tree.
     pub(super) is_readable: bool,
     pub(super) errors: Arc<[SyntaxError]>,
+    /// The last text without mistakes of syntax, and its tree.
+    last: Option<(Arc<str>, Arc<File>)>,
 }
 
 impl Document {
-    pub(super) fn read(uri: &str, version: Option<i64>, text: &str) -> Self {
-        let (file, errors) = syntax::parse_readable(text);
-        let is_readable = errors.is_empty();
-        Self {
-            uri: uri.to_owned(),
-            version,
-            text: text.into(),
-            file: Arc::new(file),
-            is_readable,
-            errors: errors.into(),
+    /// Reads a text, with what was there before.
+    pub(super) fn read(uri: &str, version: Option<i64>, text: &str, before: Option<&Self>) -> Self {
+        let mut last = before.and_then(|own| own.last.clone());
+        let (file, errors) = match &last {
+            Some((old, file)) => syntax::parse_changed(file, old, text),
+            None => syntax::parse_readable(text),
+        };
+        let (text, file, is_readable): (Arc<str>, _, _) = (text.into(), Arc::new(file), errors.is_empty());
+        if is_readable {
+            last = Some((text.clone(), file.clone()));
         }
+        Self { uri: uri.to_owned(), version, text, file, is_readable, errors: errors.into(), last }
     }
 
     pub(super) fn lines(&self) -> Lines<'_> {

@@ -1,7 +1,7 @@
 //! `librate lsp`: what an editor asks while a model is being written, by the Language Server Protocol on standard input and
 //! output.
 //!
-//! The text is read again at every change, in microseconds, and all that needs nothing but the text is answered from it at
+//! At every change what was changed of the text is read, and all that needs nothing but the text is answered from it at
 //! once. What needs the model is worked out beside it ([`check`]).
 
 mod answers;
@@ -210,7 +210,7 @@ impl Server {
             }
             _ => return None,
         };
-        let read = Document::read(uri, document["version"].as_i64(), text);
+        let read = Document::read(uri, document["version"].as_i64(), text, self.documents.get(uri));
         self.documents.insert(uri.to_owned(), read);
         self.check(uri)
     }

@@ -2,14 +2,16 @@
 
 use std::collections::HashSet;
 use std::fmt::{self, Debug, Formatter};
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::ast::{Comparison, Expr, ExprKind, ExprRef, Indices, Member, Name, Unit, UnitKind, UnitRef};
+use super::reuse::Shift;
 use crate::span::Span;
 
 /// An expression as it is kept; see [`ExprKind`].
 #[derive(Clone)]
-enum Kept {
+pub(super) enum Kept {
     Number(Arc<str>),
     Name(Arc<str>),
     Index(ExprRef, Box<[ExprRef]>),
@@ -57,7 +59,7 @@ impl Kept {
 
 /// A unit as it is kept; see [`UnitKind`].
 #[derive(Clone)]
-enum KeptUnit {
+pub(super) enum KeptUnit {
     One,
     Name(Box<str>),
     Product(Box<[(bool, UnitRef)]>),
@@ -93,8 +95,25 @@ pub struct Units {
 
 /// How an arena is read.
 macro_rules! reading {
-    ($arena:ident, $number:ident, $read:ident) => {
+    ($arena:ident, $number:ident, $read:ident, $shift:ident) => {
         impl $arena {
+            /// Those of a statement: statement by statement they are in the order of the text.
+            pub(super) fn places(&self, statement: Span) -> Range<usize> {
+                let before = |end: u32| self.nodes.partition_point(|(span, _)| span.start < end);
+                before(statement.start)..before(statement.end)
+            }
+
+            /// Adds some of another file, moved.
+            pub(super) fn copy(&mut self, from: &Self, own: Range<usize>, shift: Shift) {
+                self.nodes.extend(from.nodes.get(own).unwrap_or_default().iter().cloned().map(
+                    |(mut span, mut kept)| {
+                        shift.span(&mut span);
+                        shift.$shift(&mut kept);
+                        (span, kept)
+                    },
+                ));
+            }
+
             /// How many there are.
             #[must_use]
             pub fn len(&self) -> usize {
@@ -134,8 +153,8 @@ macro_rules! reading {
     };
 }
 
-reading!(Expressions, ExprRef, Expr);
-reading!(Units, UnitRef, Unit);
+reading!(Expressions, ExprRef, Expr, kept);
+reading!(Units, UnitRef, Unit, unit);
 
 impl Expressions {
     fn text(&mut self, text: &str) -> Arc<str> {

@@ -22,6 +22,7 @@ mod lexer;
 mod lookalike;
 mod names;
 mod print;
+mod reuse;
 mod split;
 pub(crate) mod units;
 mod walk;
@@ -50,6 +51,7 @@ use std::collections::HashSet;
 use crate::order::Order;
 use crate::span::Span;
 use build::Builder;
+use reuse::Old;
 
 /// The longest text read, in bytes.
 pub const MOST_BYTES: usize = 32 << 20;
@@ -86,6 +88,22 @@ pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
 /// ```
 #[must_use]
 pub fn parse_readable(source: &str) -> (File, Vec<SyntaxError>) {
+    read(source, None)
+}
+
+/// The same of a text that was changed in one place, in less time: what is as in the text `old`, which was read as `file`, is copied.
+///
+/// ```
+/// use librate::syntax::{parse_changed, parse_readable};
+/// let (old, new) = ("param k = 2\nV = k", "param k = 21\nV = k");
+/// assert_eq!(parse_changed(&parse_readable(old).0, old, new), parse_readable(new));
+/// ```
+#[must_use]
+pub fn parse_changed(file: &File, old: &str, source: &str) -> (File, Vec<SyntaxError>) {
+    read(source, Some(&Old::new(file, old, source)))
+}
+
+fn read(source: &str, old: Option<&Old<'_>>) -> (File, Vec<SyntaxError>) {
     if source.len() > MOST_BYTES {
         let error = SyntaxError::FileTooLarge { bytes: source.len(), most: MOST_BYTES };
         return (File::default(), vec![error]);
@@ -101,6 +119,9 @@ pub fn parse_readable(source: &str) -> (File, Vec<SyntaxError>) {
         }
         if errors.len() >= split::MOST_ERRORS {
             break;
+        }
+        if old.is_some_and(|old| builder.reuse(old, source, piece.span)) {
+            continue;
         }
         if let Err(error) = builder.statement(source, piece.span) {
             let place = error.span();

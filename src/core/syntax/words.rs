@@ -126,7 +126,7 @@ const SIGNATURES: [(&str, &str); 35] = [
     ("inertia_box(m, a, b, c)", "tensor of inertia of a box with edges along x, y and z, about its centre"),
     ("inertia_point(m, r)", "tensor of inertia of a point mass at the vector r, about the origin"),
     ("steiner(I, m, d)", "a tensor about the centre of mass, moved by the vector d"),
-    ("about(I, n)", "moment of inertia about the unit vector n"),
+    ("about(I, n)", "moment of inertia about the axis along n, which may have any length"),
     ("sum(i in a..b, EXPR)", "sum over an index, or over the rows of a table: `sum(b in TABLE, EXPR)`"),
     ("integral(x in a..b, EXPR)", "integral over a variable, worked out in symbols"),
     ("rows(TABLE)", "number of rows of a table"),

@@ -28,7 +28,7 @@ enum Form<'i> {
 }
 
 impl Builder {
-    pub(super) fn push(&self, span: Span, kind: ExprKind<'_>) -> ExprRef {
+    pub(in crate::syntax) fn push(&self, span: Span, kind: ExprKind<'_>) -> ExprRef {
         self.expressions.borrow_mut().push(Expr { span, kind })
     }
 

@@ -24,11 +24,11 @@ use crate::span::Span;
 
 /// Collects the trees of a file's statements.
 pub(super) struct Builder {
-    statements: Vec<Statement>,
+    pub(super) statements: Vec<Statement>,
     comments: Vec<Comment>,
-    units: Units,
+    pub(super) units: Units,
     // Shared by the callbacks of the precedence parser.
-    expressions: RefCell<Expressions>,
+    pub(super) expressions: RefCell<Expressions>,
     error: RefCell<Option<SyntaxError>>,
     in_filter: Cell<bool>,
     /// Where the text that pest has been given begins in the file.
