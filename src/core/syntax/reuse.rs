@@ -203,21 +203,13 @@ impl Builder {
         };
         let whole = old.file.expr(root);
         let ExprKind::Sum(terms) = whole.kind else { return None };
-        let place = |term: usize| terms.get(term).map(|own| old.file.expr(own.value()).span);
-        // Whether nothing but a sign is between a term and the one before it: no bracket, no comment.
-        let is_plain = |term: usize| {
-            let (before, own) = (place(term - 1), place(term));
-            let between =
-                before.zip(own).and_then(|(before, own)| old.text.get(before.end as usize..own.start as usize));
-            between.is_some_and(|text| matches!(text.trim(), "+" | "-"))
-        };
-        let is_before = |own: &Member| old.file.expr(own.value()).span.start as usize <= old.changed.start;
-        let is_within = |own: &Member| (old.file.expr(own.value()).span.end as usize) < old.changed.end;
-        // The terms from `first` to `last` are read.
-        let first = (2..terms.partition_point(is_before)).rev().find(|own| is_plain(*own))?;
-        let last = (terms.partition_point(is_within).max(first) + 1..terms.len()).find(|own| is_plain(*own));
-        let front = place(first - 1)?.end;
-        let back = last.and_then(place).map(|own| own.start.wrapping_add(old.shift));
+        let place = |own: &Member| old.file.expr(own.value()).span;
+        // The terms from `first` to `last` are read. Places of terms in brackets are within these: next to one, nothing is read.
+        let first = terms.partition_point(|own| place(own).start as usize <= old.changed.start).checked_sub(1)?;
+        let kept = terms.partition_point(|own| (place(own).end as usize) < old.changed.end).max(first) + 1;
+        let last = (kept < terms.len()).then_some(kept);
+        let front = place(terms.get(first.checked_sub(1).filter(|own| *own > 0)?)?).end;
+        let back = last.map(|own| place(&terms[own]).start.wrapping_add(old.shift));
         let between = source.get(front as usize..back.unwrap_or(span.end) as usize)?;
         let text = format!("{HEAD}{between}{}", if back.is_some() { "0" } else { "" });
         let mut builder = Self::new(Vec::new(), 1);
@@ -244,10 +236,9 @@ impl Builder {
         let count = new.expressions.len() - 1 - usize::from(back.is_some());
         self.terms(&new, 1..count, read, bytes, &mut all);
         let mut end = sum.span.end.wrapping_add(bytes);
-        if let (Some(last), Some(tail)) = (last, tail) {
-            let sign = all.len();
+        if let Some(last) = last {
+            // The sign in front is as it was.
             self.terms(old.file, behind(last - 1)..root.0 as usize, &terms[last..], old.shift, &mut all);
-            all[sign] = Member::new(tail.inverted(), all[sign].value());
             end = whole.span.end.wrapping_add(old.shift);
         }
         let mut statement = Statement { span, kind: was.kind.clone() };
