@@ -197,7 +197,8 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Tracked], branches: &[Branch], view: &
     let growth = grows.then(|| Panel::new(across(), axis(exponent, &growth, 1), growth));
     let what = if view.orders.is_empty() { "Frequencies" } else { "Campbell diagram" };
     let rings = if crossed {
-        " Rings are where modes of different symmetry cross: bounds on both sides prove their order."
+        " Rings are where modes of different symmetry, or of coordinates without a coupling, cross: bounds on both sides prove their \
+         order."
     } else {
         ""
     };

@@ -13,6 +13,7 @@ use crate::batch::{BatchMode, Solution};
 use crate::error::Error;
 use crate::refine::{DEEPEST, FEW_FINER, FLAT, MOST_FINER, off_line, span};
 use crate::sweep::{Enclosed, Place, Sweep, Worker};
+use librate_core::groups::connected;
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
 use librate_core::order::Order;
@@ -29,6 +30,8 @@ const STEADY: f64 = 0.98;
 const DEEPEST_SWAP: u32 = 34;
 /// So many places may be added for all intervals that leave it open, where these are few.
 const FEW_OPEN: usize = 2000;
+/// So many coordinates name a block.
+const MOST_NAMED: usize = 2;
 /// Masses of more coordinates count alike, ...
 const MOST_DENSE: usize = 600;
 /// ... and those of which xᴴMx is no larger a part of its terms.
@@ -41,7 +44,7 @@ const APART: f64 = 1e3;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Branch {
-    /// Its symmetry class at most places, where it has one.
+    /// Its symmetry class at most places, or the coordinates that move in it alone, where it has one.
     pub class: Option<String>,
     /// The places where it is, each with its number among the modes there.
     pub at: Vec<(usize, usize)>,
@@ -79,7 +82,7 @@ pub struct Shape {
     pub omega: Ball,
     /// Its growth in 1/s.
     pub growth: Ball,
-    /// Its symmetry class, where it has one.
+    /// Its symmetry class, or the coordinates that move in it, where nothing couples these to the others.
     pub class: Option<String>,
     /// Real and imaginary part of each component.
     vector: Vec<[f64; 2]>,
@@ -165,6 +168,8 @@ fn point(mode: &Shape) -> [f64; 2] {
 pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Vec<Shape> {
     let n = modes.modes.first().map_or(0, |mode| mode.vector.len());
     let mass = if n <= MOST_DENSE { linearized.mass() } else { Vec::new() };
+    let is_plain = mass.len() == n * n && modes.modes.iter().all(|mode| mode.symmetry.is_none());
+    let blocks = if is_plain { blocks(linearized, &mass, n) } else { Vec::new() };
     let mass: Vec<f64> = if mass.len() == n * n { mass.iter().map(|own| own.mid_f64()).collect() } else { Vec::new() };
     // Where no motion has inertia, components count alike.
     let mass = if mass.iter().all(|own| *own == 0.0) { Vec::new() } else { mass };
@@ -173,11 +178,38 @@ pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Vec<Shape>
         let vector = mode.vector.iter().zip(imaginary).map(|(re, im)| [*re, im]).collect();
         let enclosed = Enclosed { omega: mode.omega, growth: mode.growth };
         let shape = Shape::new(vector, mass, enclosed, mode.kind, mode.cluster);
-        Shape { class: mode.symmetry.clone(), ..shape }
+        let moves = |i: &usize| shape.vector.get(*i).is_some_and(|own| *own != [0.0; 2]);
+        let mut own = blocks.iter().filter(|(_, block)| block.iter().any(moves));
+        let block = own.next().filter(|_| own.next().is_none()).map(|(name, _)| name.clone());
+        Shape { class: mode.symmetry.clone().or(block), ..shape }
     };
     let all = |mass: &[f64]| -> Vec<Shape> { modes.modes.iter().map(|mode| shape(mode, mass)).collect() };
     let own = all(&mass);
     if own.iter().any(|shape| shape.cancels(&mass)) { all(&[]) } else { own }
+}
+
+/// Coordinates that nothing couples to the others, with names for each set of them; nothing where all are coupled.
+fn blocks(linearized: &Linearized, mass: &[Ball], n: usize) -> Vec<(String, Vec<usize>)> {
+    if linearized.is_reduced() {
+        return Vec::new();
+    }
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
+    let coupled = |i: usize, j: usize| {
+        let entries =
+            [mass, &velocity, &stiffness].into_iter().flat_map(|own| [own.get(i + n * j), own.get(j + n * i)]);
+        entries.flatten().any(|entry| !entry.is_zero())
+    };
+    let groups = connected(n, coupled);
+    if groups.len() < 2 {
+        return Vec::new();
+    }
+    let names: Vec<String> = linearized.model().coordinates.names().collect();
+    let named = |group: Vec<usize>| {
+        let mut shown: Vec<&str> = group.iter().take(MOST_NAMED).map(|i| names[*i].as_str()).collect();
+        shown.extend((group.len() > MOST_NAMED).then_some("…"));
+        (shown.join(", "), group)
+    };
+    groups.into_iter().map(named).collect()
 }
 
 /// The same from doubles; nothing where shapes may be off.

@@ -120,6 +120,24 @@ fn rings_are_where_modes_cross() {
         // The range is 600 wide.
         assert!((place / 600.0 * 4.0 - crossing).abs() < 1e-3, "{count}: {place}");
     }
+    // Without a symmetry: what nothing couples, at omega² = k, crosses the others; what a little couples does not.
+    let swept = |more: &str| {
+        let text = format!(
+            "param k = 2  coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)
+             V = 1/2*k*x^2 + x^3 + 3/2*y^2 + y^3 + 1/2*(z - y)^2 + z^3{more}"
+        );
+        with_input(&["plot", "sweep", "-", "--over", "k=0.2..6.2:7"], &text).out
+    };
+    let (apart, coupled) = (swept(""), swept(" + x*y/10"));
+    assert!(texts(&apart).contains(&"mode 2, y, z".to_owned()) && !coupled.contains(" ring\""), "{apart}");
+    let rings = apart.split(" ring\" cx=\"").skip(1);
+    let places: Vec<f64> = rings.map(|own| own.split('"').next().unwrap().parse().unwrap()).collect();
+    // The last one is that of the legend.
+    assert_eq!(places.len(), 3);
+    // Of y and z, (5 ∓ √13)/2.
+    for (place, crossing) in places.iter().zip([(5.0 - 13_f64.sqrt()) / 2.0, (5.0 + 13_f64.sqrt()) / 2.0]) {
+        assert!((0.2 + place / 100.0 - crossing).abs() < 2e-3, "{place}");
+    }
 }
 
 #[test]
