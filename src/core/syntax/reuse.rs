@@ -149,6 +149,18 @@ impl<'o> Old<'o> {
     }
 }
 
+/// What an energy is.
+fn energy(kind: &mut StatementKind) -> Option<&mut ExprRef> {
+    let (StatementKind::Kinetic(own)
+    | StatementKind::Potential(own)
+    | StatementKind::Lagrangian(own)
+    | StatementKind::Dissipation(own)) = kind
+    else {
+        return None;
+    };
+    Some(own)
+}
+
 impl Builder {
     /// Copies the statement at `span` of `source`, if it was read before.
     pub(super) fn reuse(&mut self, old: &Old<'_>, source: &str, span: Span) -> bool {
@@ -194,13 +206,8 @@ impl Builder {
     /// An energy that is a sum: terms before and behind the change are copied, and those between them are read as a sum with 0
     /// in place of the others.
     fn long_sum(&mut self, old: &Old<'_>, source: &str, was: &Statement, span: Span) -> Option<()> {
-        let (StatementKind::Kinetic(root)
-        | StatementKind::Potential(root)
-        | StatementKind::Lagrangian(root)
-        | StatementKind::Dissipation(root)) = was.kind
-        else {
-            return None;
-        };
+        let mut kind = was.kind.clone();
+        let root = *energy(&mut kind)?;
         let whole = old.file.expr(root);
         let ExprKind::Sum(terms) = whole.kind else { return None };
         let place = |own: &Member| old.file.expr(own.value()).span;
@@ -241,15 +248,8 @@ impl Builder {
             self.terms(old.file, behind(last - 1)..root.0 as usize, &terms[last..], old.shift, &mut all);
             end = whole.span.end.wrapping_add(old.shift);
         }
-        let mut statement = Statement { span, kind: was.kind.clone() };
-        if let StatementKind::Kinetic(own)
-        | StatementKind::Potential(own)
-        | StatementKind::Lagrangian(own)
-        | StatementKind::Dissipation(own) = &mut statement.kind
-        {
-            *own = self.push(Span::new(whole.span.start, end), ExprKind::Sum(&all));
-        }
-        self.statements.push(statement);
+        *energy(&mut kind)? = self.push(Span::new(whole.span.start, end), ExprKind::Sum(&all));
+        self.statements.push(Statement { span, kind });
         Some(())
     }
 }

@@ -119,16 +119,17 @@ impl WithSimd for Bound<'_> {
 }
 
 /// Exponents likewise, with vectors or without.
-struct SolveGeneral<'a, const VECTORS: bool> {
+struct SolveGeneral<'a> {
     exponents: &'a mut Exponents,
     solver: &'a mut Solver,
+    vectors: bool,
 }
 
-impl<const VECTORS: bool> WithSimd for SolveGeneral<'_, VECTORS> {
+impl WithSimd for SolveGeneral<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.exponents.solve::<VECTORS>(self.solver);
+        self.exponents.solve(self.solver, self.vectors);
     }
 }
 
@@ -291,11 +292,7 @@ impl Workspace {
         }
         let rigorous = options.bounds == Bounds::Rigorous;
         let (exponents, solver) = (&mut general.exponents, &mut self.solver);
-        if rigorous || options.vectors {
-            self.arch.dispatch(SolveGeneral::<true> { exponents, solver });
-        } else {
-            self.arch.dispatch(SolveGeneral::<false> { exponents, solver });
-        }
+        self.arch.dispatch(SolveGeneral { exponents, solver, vectors: rigorous || options.vectors });
         self.solver.converged = general.exponents.converged;
         if rigorous {
             let (values, errors) = (&self.registers.value[..], &self.registers.error[..]);

@@ -202,15 +202,13 @@ impl Bounder {
         let numbers = (values, errors);
         let scratch = (&mut self.product[..], &mut self.error[..]);
         self.stiffness.compute(stiffness, numbers, x, scratch);
-        self.inertia.compute(mass, numbers, x, (&mut self.product[..], &mut self.error[..]));
+        self.weigh(solver, mass, numbers);
         let longest = self.reach.iter().fold(Lane::ZERO, |most, z| z.max(most));
         let mut proved = Lane::splat(LONGEST).above(longest);
-        self.positive = Lane::ONE;
         let room = Lane::splat(ROOM);
         for i in 0..n {
             let (g, phi) = (self.inertia.diagonal[i], self.inertia.errors[i] + self.inertia.beside[i]);
             self.values[i] = self.stiffness.diagonal[i] / g;
-            self.positive = self.positive * g.above(phi * grow);
             proved = proved * room.above(phi * grow) * room.above((g - Lane::ONE).abs());
         }
         proved = proved * self.positive;

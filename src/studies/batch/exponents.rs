@@ -3,17 +3,17 @@
 //! 1. M = L Lᵀ, W = L⁻¹ ([`super::solve`]), and the time in a unit 1/σ, about that of the fastest oscillation.
 //! 2. A = [[0, 1], [-W K Wᵀ/σ², -W B Wᵀ/σ]] becomes a Hessenberg matrix, then an upper triangular one, T = Qᴴ A Q, by
 //!    complex plane rotations: the shifted QR algorithm (G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed.,
-//!    §7.5) with the shift of Wilkinson.
+//!    §7.5) with the shift of Wilkinson. (That of nalgebra does not end for some of these matrices, whose eigenvalues
+//!    are pairs; that of faer is not public.)
 //! 3. Vectors of T and the inverse of their matrix, both triangular, and from these X and X⁻¹ of A. Where exponents
 //!    are so near to each other that their vectors are nearly the same, X⁻¹ A X keeps a triangular block (C. A. Bavely
 //!    and G. W. Stewart, SIAM J. Numer. Anal. 16 (1979) 359), scaled so that little of it is beside the diagonal.
 //!
-//! (That of nalgebra does not come to an end for some of these matrices, whose eigenvalues are pairs; that of faer is not public.)
 //! Which block of T is worked on is decided set by set; beyond it rotations are by the angle 0 and change nothing. So a
 //! set's numbers don't depend on its neighbours.
 
 use super::complex::ComplexLane;
-use super::solve::Solver;
+use super::solve::{Solver, conjugate};
 use librate_core::precision::{LANES, Lane};
 
 /// Sweeps for each exponent; three are usual.
@@ -131,17 +131,17 @@ impl Exponents {
         }
     }
 
-    /// Solves the block from M and K of a solver and B: the exponents, and with `VECTORS` the vectors of both sides.
+    /// Solves the block from M and K of a solver and B: the exponents, and with `vectors` the vectors of both sides.
     #[inline(always)]
-    pub(super) fn solve<const VECTORS: bool>(&mut self, solver: &mut Solver) {
+    pub(super) fn solve(&mut self, solver: &mut Solver, vectors: bool) {
         solver.factor();
         self.first_order(solver);
-        self.hessenberg::<VECTORS>();
-        self.triangular::<VECTORS>();
+        self.hessenberg(vectors);
+        self.triangular(vectors);
         for k in 0..2 * self.n {
             self.values[k] = self.matrix[k * (2 * self.n + 1)];
         }
-        if VECTORS {
+        if vectors {
             self.vectors(&solver.vectors);
         }
     }
@@ -157,28 +157,11 @@ impl Exponents {
     fn first_order(&mut self, solver: &mut Solver) {
         let (n, size) = (self.n, 2 * self.n);
         let (stiffness, velocity) = self.scratch.split_at_mut(n * n);
-        let mut largest = [Lane::ZERO; 2];
         let both = [(&solver.stiffness, stiffness), (&self.velocity, velocity)];
-        for (largest, (from, to)) in largest.iter_mut().zip(both) {
-            for i in 0..n {
-                for b in 0..n {
-                    let mut sum = Lane::ZERO;
-                    for a in 0..=i {
-                        sum += solver.vectors[i * n + a] * from[a * n + b];
-                    }
-                    solver.scratch[b] = sum;
-                }
-                for j in 0..n {
-                    let mut sum = Lane::ZERO;
-                    for b in 0..=j {
-                        sum += solver.scratch[b] * solver.vectors[j * n + b];
-                    }
-                    to[i * n + j] = sum;
-                    *largest = sum.abs().max(*largest);
-                }
-            }
-        }
-        let [of_stiffness, of_velocity] = largest;
+        let [of_stiffness, of_velocity] = both.map(|(from, to)| {
+            conjugate((&solver.vectors, from), false, &mut solver.scratch[..n], to);
+            to.iter().fold(Lane::ZERO, |most, entry| entry.abs().max(most))
+        });
         self.unit = of_stiffness.sqrt().choose(of_stiffness.above(Lane::splat(NOTHING)), of_velocity).map(|x| {
             let bits = x.to_bits() & 0x7ff0_0000_0000_0000;
             if (1e-140..1e140).contains(&x) { f64::from_bits(bits) } else { 1.0 }
@@ -201,25 +184,25 @@ impl Exponents {
 
     /// Turns rows k and k + 1 of T from a column on, then the columns, of rows before the last one.
     #[inline(always)]
-    fn turn<const VECTORS: bool>(&mut self, rotation: Rotation, k: usize, from: usize, rows: usize) {
+    fn turn(&mut self, rotation: Rotation, k: usize, (from, rows): (usize, usize), vectors: bool) {
         let size = 2 * self.n;
         rotation.turn_rows(&mut self.matrix, size, k, from);
         for row in self.matrix[..rows * size].chunks_exact_mut(size) {
             let (a, b) = row[k..k + 2].split_at_mut(1);
             rotation.conj().turn(&mut a[0], &mut b[0]);
         }
-        if VECTORS {
+        if vectors {
             rotation.conj().turn_rows(&mut self.basis, size, k, 0);
         }
     }
 
     #[inline(always)]
-    fn hessenberg<const VECTORS: bool>(&mut self) {
+    fn hessenberg(&mut self, vectors: bool) {
         let size = 2 * self.n;
         for j in 0..size.saturating_sub(2) {
             for i in (j + 2..size).rev() {
                 let [above, own] = [i - 1, i].map(|row| self.matrix[row * size + j]);
-                self.turn::<VECTORS>(Rotation::of(above, own), i - 1, j, size);
+                self.turn(Rotation::of(above, own), i - 1, (j, size), vectors);
                 self.matrix[i * size + j] = ComplexLane::ZERO;
             }
         }
@@ -290,7 +273,7 @@ impl Exponents {
     }
 
     #[inline(always)]
-    fn triangular<const VECTORS: bool>(&mut self) {
+    fn triangular(&mut self, vectors: bool) {
         let size = 2 * self.n;
         let mut place = Place { first: [0; LANES], last: [size.saturating_sub(1); LANES], waits: [0; LANES] };
         let total = self.matrix.iter().fold(Lane::ZERO, |total, entry| total + entry.re);
@@ -318,7 +301,7 @@ impl Exponents {
                     [k, k + 1].map(|row| (self.matrix[row * size + k], self.matrix[row * size + before]));
                 let a = (upper.0 - shift).choose(begins, upper.1);
                 let rotation = Rotation::of(a, lower.0.choose(begins, lower.1)).only(within);
-                self.turn::<VECTORS>(rotation, k, before, (k + 3).min(size));
+                self.turn(rotation, k, (before, (k + 3).min(size)), vectors);
                 if k > 0 {
                     let below = &mut self.matrix[(k + 1) * size + before];
                     *below = ComplexLane::ZERO.choose(within, *below);

@@ -123,25 +123,7 @@ impl Solver {
     /// The upper triangle of A = W K Wᵀ.
     #[inline(always)]
     fn reduce(&mut self) {
-        let n = self.n;
-        for i in 0..n {
-            for b in 0..n {
-                let mut sum = Lane::ZERO;
-                for a in 0..=i {
-                    sum += self.vectors[i * n + a] * self.stiffness[a * n + b];
-                }
-                self.scratch[i * n + b] = sum;
-            }
-        }
-        for i in 0..n {
-            for j in i..n {
-                let mut sum = Lane::ZERO;
-                for b in 0..=j {
-                    sum += self.scratch[i * n + b] * self.vectors[j * n + b];
-                }
-                self.reduced[i * n + j] = sum;
-            }
-        }
+        conjugate((&self.vectors, &self.stiffness), true, &mut self.scratch[..self.n], &mut self.reduced);
     }
 
     /// Divides A by a power of two a set, which it gives, so that its largest entry is between 1 and 2.
@@ -289,6 +271,28 @@ impl Solver {
             }
         }
         std::mem::swap(&mut self.vectors, &mut self.reduced);
+    }
+}
+
+/// W F Wᵀ of a lower triangular W, of a symmetric F the upper triangle alone; `row` has room for a row.
+#[inline(always)]
+pub(super) fn conjugate((w, f): (&[Lane], &[Lane]), is_symmetric: bool, row: &mut [Lane], to: &mut [Lane]) {
+    let n = row.len();
+    for i in 0..n {
+        for (b, entry) in row.iter_mut().enumerate() {
+            let mut sum = Lane::ZERO;
+            for a in 0..=i {
+                sum += w[i * n + a] * f[a * n + b];
+            }
+            *entry = sum;
+        }
+        for j in if is_symmetric { i } else { 0 }..n {
+            let mut sum = Lane::ZERO;
+            for b in 0..=j {
+                sum += row[b] * w[j * n + b];
+            }
+            to[i * n + j] = sum;
+        }
     }
 }
 
