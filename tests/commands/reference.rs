@@ -143,8 +143,10 @@ fn the_reference_is_made_from_the_program() {
     let keywords = grammar.split_once("keyword = @{").unwrap().1.split_once('}').unwrap().0;
     let words = keywords.split('"').skip(1).step_by(2).chain(["t", "pi", "rows"]);
     let is_own = |word: &&str| !STATEMENT_WORDS.contains(word) || matches!(*word, "T" | "V");
-    let meaning = |word: &str| format!("{} {}", code(word), reserved_meaning(word).unwrap());
-    let others: Vec<String> = words.filter(is_own).map(meaning).collect();
+    let (plain, named): (Vec<&str>, Vec<&str>) =
+        words.filter(is_own).partition(|word| reserved_meaning(word) == Some("is a word of the language"));
+    let named = named.into_iter().map(|word| format!("{} {}", code(word), reserved_meaning(word).unwrap()));
+    let others: Vec<String> = plain.into_iter().map(code).chain(named).collect();
     let text = format!(
         "# Words, functions, units, grammar\n\nA test makes this page from the program's own tables and from its grammar; \
          [the language guide](language.md) says what the\nforms mean.\n\n## Words\n\nStatements begin with {}. Reserved\nbeside these and the names of functions: {}.\nUnits have names of their own.\n\n## Functions\n{}\n## Units\n\nPrefixes are those of the SI, from `q` to `Q`.\n{}\n## Grammar\n\n\

@@ -1,6 +1,7 @@
 //! Statement by statement from the syntax tree to the model.
 
 use std::collections::{HashMap, HashSet};
+use std::thread;
 
 use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
@@ -17,16 +18,26 @@ use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, Statement, StatementKind};
 
+/// A file of so many expressions takes long enough for a thread of its own.
+const LONG_FILE: usize = 2000;
+
 /// Checks a parsed file.
 ///
 /// # Errors
 /// All mistakes that could be told apart, each with its place.
 pub fn elaborate(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
     let mut elaborator = Elaborator::new(file, settings);
-    elaborator.read_settings(settings);
-    elaborator.declare_all(tables);
-    elaborator.check_settings(settings);
-    elaborator.finish(settings.purpose)
+    // Dimensions need the file alone: those of a long one are worked out beside the rest.
+    thread::scope(|scope| {
+        let is_long = file.expressions.len() > LONG_FILE;
+        let infer = || dimension::infer(file);
+        let beside = is_long.then(|| thread::Builder::new().spawn_scoped(scope, infer).ok()).flatten();
+        elaborator.read_settings(settings);
+        elaborator.declare_all(tables);
+        elaborator.check_settings(settings);
+        let dimensions = || beside.and_then(|own| own.join().ok()).unwrap_or_else(infer);
+        elaborator.finish(settings.purpose, dimensions)
+    })
 }
 
 /// The values of the parameters and of the named expressions that are constants, whatever mistakes other statements have, and
@@ -351,7 +362,11 @@ impl<'a> Elaborator<'a> {
         self.world.pool.depends_on(constraint.expression, &moves)
     }
 
-    fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
+    fn finish(
+        mut self,
+        purpose: Purpose,
+        dimensions: impl FnOnce() -> dimension::Dimensions,
+    ) -> Result<Model, Vec<ModelError>> {
         let count = self.world.coordinates.len();
         let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
         let mut constraints = Vec::new();
@@ -398,7 +413,7 @@ impl<'a> Elaborator<'a> {
         let period = energies.period.and_then(|(root, span)| self.period(root, span));
         // Behind the energies, whose parts stand in the order in which they are met.
         let drawing = self.drawing(purpose);
-        let dimensions = dimension::infer(self.file);
+        let dimensions = dimensions();
         self.errors.extend(dimensions.errors.iter().cloned().map(ModelError::from));
         // Whatever else there is to say may only follow from it.
         if let Err(exceeded) = self.world.pool.budget().check() {
