@@ -16,11 +16,49 @@ fn modes(text: &str) -> NormalModes {
     normal_modes(&linearize(model).unwrap(), &Options::default()).unwrap()
 }
 
-/// The group and how many vibrations there are of each class: `C3v: 2 A1 + 2 E`; `?` are those without.
+/// The classes of x, y and z and of the turns about them in the tables of characters (Wilson, Decius and Cross, Molecular
+/// Vibrations, appendix X), of bodies in space.
+fn of_drifts(group: &str) -> &'static str {
+    match group {
+        "C2" => "2 A + 4 B",
+        "C3" => "2 A + 2 E",
+        "Cs" => "3 A' + 3 A''",
+        "C2v" => "A1 + A2 + 2 B1 + 2 B2",
+        "C3v" => "A1 + A2 + 2 E",
+        "C∞v" => "2 Π + Σ+",
+        "C2h" => "Ag + Au + 2 Bg + 2 Bu",
+        "D3" => "2 A2 + 2 E",
+        "D2d" => "A2 + B2 + 2 E",
+        "D3d" => "A2g + A2u + Eg + Eu",
+        "D4d" => "A2 + B2 + E1 + E3",
+        "D2h" => "B1g + B1u + B2g + B2u + B3g + B3u",
+        "D3h" => "A2' + A2'' + E' + E''",
+        "D4h" => "A2g + A2u + Eg + Eu",
+        "D6h" => "A2g + A2u + E1g + E1u",
+        "D∞h" => "Πg + Πu + Σu+",
+        "T" => "2 T",
+        "Td" => "T1 + T2",
+        "Ih" => "T1g + T1u",
+        other => panic!("{other} is not in the table"),
+    }
+}
+
+/// The group and how many vibrations there are of each class: `C3v: 2 A1 + 2 E`; `?` are those without. Those of a free body's
+/// drifts are held against the table.
 fn reduced(text: &str) -> String {
     let found = modes(text);
+    let drifts = found.modes.iter().filter(|mode| mode.omega.mid_f64() == 0.0).count();
+    if let Some(group) = found.point_group.as_deref().filter(|_| drifts >= 5) {
+        assert_eq!(counted(&found, text, |omega| omega == 0.0), of_drifts(group), "{group}: {text}");
+    }
+    let vibrations = counted(&found, text, |omega| omega > 0.0);
+    format!("{}: {vibrations}", found.point_group.as_deref().unwrap_or("-"))
+}
+
+/// How many modes there are of each class among those with some frequencies.
+fn counted(found: &NormalModes, text: &str, is_meant: impl Fn(f64) -> bool) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
-    for mode in found.modes.iter().filter(|mode| mode.omega.mid_f64() > 0.0) {
+    for mode in found.modes.iter().filter(|mode| is_meant(mode.omega.mid_f64())) {
         *counts.entry(mode.symmetry.clone().unwrap_or_else(|| "?".to_owned())).or_default() += 1;
     }
     let terms = counts.into_iter().map(|(name, vectors)| {
@@ -34,7 +72,7 @@ fn reduced(text: &str) -> String {
         assert_eq!(vectors % together, 0, "{name} of {:?}: {text}", found.point_group);
         if vectors == together { name } else { format!("{} {name}", vectors / together) }
     });
-    format!("{}: {}", found.point_group.as_deref().unwrap_or("-"), terms.collect::<Vec<String>>().join(" + "))
+    terms.collect::<Vec<String>>().join(" + ")
 }
 
 fn of_model(name: &str) -> String {

@@ -422,14 +422,11 @@ impl<'a> Checker<'a> {
             }
             fits.iter().for_each(|at| used[*at] = true);
             // Classes of a point group have names of their own; elsewhere, where the symmetry itself gives no name, the modes may have one.
+            let class = class_of(&modes, value).map(str::to_owned);
             if has_group {
-                form.symmetry = class_of(&modes, value).map(str::to_owned);
-            } else if form.symmetry.is_none()
-                && let Some(first) = fits.first()
-                && let Some(class) = &modes[*first].symmetry
-                && fits.iter().all(|at| modes[*at].symmetry.as_ref() == Some(class))
-            {
-                form.symmetry_at_values = Some(class.clone());
+                form.symmetry = class;
+            } else if form.symmetry.is_none() {
+                form.symmetry_at_values = class;
             }
             true
         });

@@ -344,6 +344,12 @@ pub trait Source {
     fn precisely(&self, _bits: usize) -> Option<PreciseProblem> {
         None
     }
+
+    /// How zero vectors, M-orthonormal but for rounding, combine to bases of spaces in which they are to be told apart, as
+    /// classes of symmetry: for each space the coefficients of each of its vectors. Nothing, if all are in one.
+    fn zero_spaces(&self, _vectors: &[Vec<f64>]) -> Option<Vec<Vec<Vec<f64>>>> {
+        None
+    }
 }
 
 /// No source: the matrices are all there is.
@@ -386,5 +392,5 @@ pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> 
     };
     let options = &options.smaller(i64::from(scaled.power / 2));
     let solution = Precisely { scaled: &scaled, zero: &zero, source }.further(options)?;
-    Ok(spectrum(&scaled, &zero, &solution, options))
+    Ok(spectrum(&scaled, (&zero, source), &solution, options))
 }

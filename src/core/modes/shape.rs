@@ -6,7 +6,7 @@ use super::dense::{Matrix, Plain};
 use super::pencil::{Orthonormal, Scaled, ZeroSpace};
 use super::product::{Part, bound_product, product, product_bound};
 use super::start::{factor, forward};
-use super::{Certificate, Solution};
+use super::{Certificate, Solution, Source};
 use crate::precision::{Ball, DoubleDouble, U2, clear_column, sum_of_products, up};
 
 /// A component this near the largest one decides the sign of a vector.
@@ -135,14 +135,22 @@ pub(super) fn unit(i: usize, j: usize) -> DoubleDouble {
     if i == j { DoubleDouble::ONE } else { DoubleDouble::ZERO }
 }
 
-/// The zero vectors, M-orthonormal, in the original coordinates.
-pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
+/// The zero vectors, M-orthonormal, in the original coordinates: an echelon basis of each of the spaces that their source tells apart.
+pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace, source: &dyn Source) -> Vec<Shape> {
     let z = zero.vectors.len();
-    if z == 0 {
-        return Vec::new();
-    }
-    let unit = Matrix::from_fn(z, z, unit);
-    let transform = echelon(&zero.mid, &unit);
+    let own = |v: &Vec<Ball>| v.iter().zip(&problem.shift).map(|(x, shift)| x.scale(*shift).mid_f64()).collect();
+    let vectors: Vec<Vec<f64>> = zero.vectors.iter().map(own).collect();
+    let spaces = source.zero_spaces(&vectors);
+    let spaces = spaces.unwrap_or_else(|| vec![(0..z).map(|q| (0..z).map(|p| unit(p, q).hi).collect()).collect()]);
+    spaces.iter().filter(|own| !own.is_empty()).flat_map(|own| shapes_in_space(problem, zero, own)).collect()
+}
+
+/// An echelon basis of the space that combinations of the zero vectors span.
+fn shapes_in_space(problem: &Scaled, zero: &ZeroSpace, space: &[Vec<f64>]) -> Vec<Shape> {
+    let own = Matrix::from_fn(zero.vectors.len(), space.len(), |p, q| DoubleDouble::exact(space[q][p]));
+    let gram = product(&own.transposed(), &own, Part::All);
+    let transform = echelon(&product(&zero.mid, &own, Part::All), &gram);
+    let transform = product(&own, &transform, Part::All);
     let shape = |q: usize| {
         let sum = |row: usize| {
             let parts = zero.vectors.iter().enumerate();
@@ -158,7 +166,7 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
         };
         unscaled(problem, combined.iter().map(component))
     };
-    (0..z).map(shape).collect()
+    (0..space.len()).map(shape).collect()
 }
 
 /// A vector from its components and what each may be off by, back in the original coordinates and rounded to doubles.

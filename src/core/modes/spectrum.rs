@@ -2,11 +2,16 @@
 
 use super::levels::Solution;
 use super::pencil::{Scaled, ZeroSpace};
-use super::{Kind, Mode, Options, Precise, PrecisionLevel, Spectrum, Stability, shape};
+use super::{Kind, Mode, Options, Precise, PrecisionLevel, Source, Spectrum, Stability, shape};
 use crate::precision::{Ball, Big, Scalar};
 
 /// The modes in printing order.
-pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Options) -> Spectrum {
+pub(super) fn spectrum(
+    scaled: &Scaled,
+    (zero, source): (&ZeroSpace, &dyn Source),
+    solution: &Solution,
+    options: &Options,
+) -> Spectrum {
     let Solution { x, leak, certificate, precise, .. } = solution;
     let zeros = zero.vectors.len();
     let total = certificate.eigenvalues.len() + zeros;
@@ -15,7 +20,8 @@ pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, o
     let undecided = certificate.eigenvalues.iter().filter(|x| x.contains_zero()).count();
     let stability = stability(unstable, undecided, zeros);
     let mut modes = Vec::with_capacity(wanted);
-    let mut zero_shapes = if options.vectors { shape::zero_shapes(scaled, zero) } else { Vec::new() }.into_iter();
+    let zero_shapes = if options.vectors { shape::zero_shapes(scaled, zero, source) } else { Vec::new() };
+    let mut zero_shapes = zero_shapes.into_iter();
     let errors = options.vectors.then(|| shape::Errors::new(leak, certificate, x, zero));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {

@@ -306,7 +306,8 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
     let inner = Options { vectors: options.vectors || labels.is_some(), ..options.clone() };
     let mut solve = |zero_modes: &mut Vec<ZeroMode>| loop {
         problem.zero_vectors = zero_modes.iter().map(|mode| mode.vector.clone()).collect();
-        match modes::solve_from(&problem, &Model { linearized, zero_modes }, &inner) {
+        let source = Model { linearized, zero_modes, labels: labels.as_ref() };
+        match modes::solve_from(&problem, &source, &inner) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
             Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => _ = zero_modes.remove(index),
             result => return result.map_err(|error| named(linearized, &error)),
@@ -380,6 +381,7 @@ fn shape(linearized: &Linearized, own: Vec<f64>, bound: f64) -> (Vec<f64>, f64) 
 struct Model<'a> {
     linearized: &'a Linearized,
     zero_modes: &'a [ZeroMode],
+    labels: Option<&'a symmetry::Labels>,
 }
 
 impl Source for Model<'_> {
@@ -392,6 +394,11 @@ impl Source for Model<'_> {
             stiffness: precise.stiffness,
             zero_vectors: zero_modes.into_iter().map(|mode| mode.vector).collect(),
         })
+    }
+
+    fn zero_spaces(&self, vectors: &[Vec<f64>]) -> Option<Vec<Vec<Vec<f64>>>> {
+        let whole = vectors.iter().map(|vector| self.linearized.embed(vector, 0.0).0);
+        self.labels?.spaces(&whole.collect::<Vec<_>>())
     }
 }
 

@@ -48,6 +48,13 @@ impl Labels {
     }
 }
 
+impl Labels {
+    /// How the vectors of a space that the symmetry keeps combine to vectors of one class each, class by class.
+    pub(super) fn spaces(&self, vectors: &[Vec<f64>]) -> Option<Vec<Vec<Vec<f64>>>> {
+        self.classes.spaces(vectors)
+    }
+}
+
 /// The symmetry of a model's energies, if it has one.
 pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Labels> {
     let n = mass.dimension();

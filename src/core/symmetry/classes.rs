@@ -84,12 +84,7 @@ impl Classes {
         if outside.into_iter().any(|(value, _)| value.abs() > allowed) {
             return None;
         }
-        let mut sum = vec![0.0; vector.len()];
-        for (column, value) in self.sum.iter().zip(vector) {
-            for (to, factor) in column {
-                sum[*to] += factor * value;
-            }
-        }
+        let sum = self.image(vector);
         let square: f64 = vector.iter().map(|x| x * x).sum();
         let product: f64 = vector.iter().zip(&sum).map(|(x, y)| x * y).sum();
         let value = product / square;
@@ -97,6 +92,22 @@ impl Classes {
         if pairs.into_iter().any(|(y, x)| (y - value * x).abs() > self.weight * allowed) {
             return None;
         }
+        self.named(value)
+    }
+
+    /// What the sum of elements makes of a vector.
+    fn image(&self, vector: &[f64]) -> Vec<f64> {
+        let mut image = vec![0.0; vector.len()];
+        for (column, value) in self.sum.iter().zip(vector) {
+            for (to, factor) in column {
+                image[*to] += factor * value;
+            }
+        }
+        image
+    }
+
+    /// The class on which the sum of elements is nearly this number.
+    fn named(&self, value: f64) -> Option<&str> {
         let mut nearest: Vec<(f64, &str)> =
             self.names.iter().map(|(at, name)| ((at - value).abs(), name.as_str())).collect();
         nearest.order_by(|a, b| a.0.total_cmp(&b.0));
@@ -107,6 +118,32 @@ impl Classes {
             }
             [] => None,
         }
+    }
+
+    /// How vectors that are M-orthonormal but for rounding, of a space that the symmetry keeps, combine to vectors of one class
+    /// each: by class, in the order of their names, the coefficients of each. `None` where the space is not kept.
+    ///
+    /// The sum of elements commutes with M, so that in such a basis it is a symmetric matrix.
+    pub(crate) fn spaces(&self, vectors: &[Vec<f64>]) -> Option<Vec<Vec<Vec<f64>>>> {
+        let matrix = |of: &dyn Fn(&[f64]) -> Vec<f64>| {
+            DMatrix::from_iterator(self.sum.len(), vectors.len(), vectors.iter().flat_map(|x| of(x)))
+        };
+        if vectors.is_empty() || vectors.iter().any(|x| x.len() != self.sum.len()) {
+            return None;
+        }
+        let (basis, image) = (matrix(&<[f64]>::to_vec), matrix(&|x| self.image(x)));
+        let qr = basis.clone().qr();
+        let within = qr.r().solve_upper_triangular(&(qr.q().transpose() * &image))?;
+        let (rest, turned) = (&basis * &within - image, &within - within.transpose());
+        if rest.amax() > 1e-8 * self.weight * basis.amax() || turned.amax() > 1e-8 * self.weight {
+            return None;
+        }
+        let (values, coefficients) = decomposed(&within)?;
+        let mut spaces: BTreeMap<&str, Vec<Vec<f64>>> = BTreeMap::new();
+        for (value, own) in values.iter().zip(coefficients.column_iter()) {
+            spaces.entry(self.named(*value)?).or_default().push(own.iter().copied().collect());
+        }
+        Some(spaces.into_values().collect())
     }
 }
 
