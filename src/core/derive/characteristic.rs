@@ -13,7 +13,7 @@ use super::pervasive::Pervasive;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials};
 use super::simplify::{Algebra, split};
-use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
+use super::stability::{BesideRoot, Sign, Signs, conditions, conditions_in_coefficients, essential};
 use crate::expr::{ExprId, Node, Pool};
 use crate::groups::connected;
 use crate::linearize::grows_from_zero;
@@ -247,12 +247,19 @@ impl<'a> Factored<'a> {
         let circulatory = linear.circulatory.is_some();
         let bounded = conservative || !circulatory && is_definite(self.checker, pool, linear) == Some(true);
         let kind = [conservative, bounded];
-        let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, kind));
+        let mut above = Vec::new();
+        let all = self.factors.iter().map(|factor| match BesideRoot::of(factor, &self.ring, &self.signs, kind) {
+            Some(own) => {
+                above.extend(self.above_root(pool, &own));
+                Some(vec![own.constant])
+            }
+            None => conditions(factor, &self.ring, &self.signs, kind),
+        });
         let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
         let apart = bounded || self.even_of_one_part().next().is_none();
         let settled = apart && all.as_ref().is_some_and(|all| self.signs.are_settled(all));
         let kept = all.map(|all| essential(&all, &self.signs));
-        let found = kept.as_ref().and_then(|kept| self.conditions(pool, kept));
+        let found = kept.as_ref().and_then(|kept| self.conditions(pool, kept, above));
         let told = kept.filter(|_| found.is_some());
         let mut found = found.or_else(|| self.in_coefficients(pool, kind))?;
         let mut known = self.signs.clone();
@@ -268,10 +275,30 @@ impl<'a> Factored<'a> {
         (conservative || drifts(pool, linear) == Some(false)).then_some((found, settled))
     }
 
-    /// Conditions as expressions, where they agree with the modes at the values of the parameters.
-    fn conditions(&self, pool: &mut Algebra<'_>, all: &[Sign]) -> Option<Vec<StabilityCondition>> {
+    /// That b - √n q and b + √n q are positive.
+    fn above_root(&self, pool: &mut Algebra<'_>, own: &BesideRoot) -> [StabilityCondition; 2] {
+        let sign = of_values(self.checker, pool, &self.ring, &self.signs).sign(&own.base);
+        let [middle, base] = [&own.middle, &own.base].map(|own| self.ring.expression(pool, own));
+        let number = pool.number(own.number.clone());
+        let root = pool.sqrt(number);
+        let root = pool.mul(root, base);
+        let opposite = pool.neg(root);
+        [(opposite, !sign.negative), (root, sign.negative)].map(|(root, is_below)| {
+            let positive = pool.add(middle, root);
+            let positive = pool.polished(positive);
+            // Where the sign of q is known the other one follows.
+            StabilityCondition::new(positive, (is_below || !sign.factors.is_empty()).then_some(positive))
+        })
+    }
+
+    /// Conditions as expressions, behind those that are some already, where they agree with the modes at the values of the parameters.
+    fn conditions(
+        &self,
+        pool: &mut Algebra<'_>,
+        all: &[Sign],
+        mut found: Vec<StabilityCondition>,
+    ) -> Option<Vec<StabilityCondition>> {
         let by_signs = of_values(self.checker, pool, &self.ring, &self.signs);
-        let mut found = Vec::new();
         for own in all {
             let positive = signed(pool, &self.ring, own);
             if pool.weight_of(&[positive]) > MOST_IN_CONDITION {

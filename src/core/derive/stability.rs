@@ -280,6 +280,39 @@ pub(super) fn conditions(
     found.iter().all(|own| own.terms().count() <= MOST_TERMS).then_some(found)
 }
 
+/// An even factor a s⁴ + b s² + c with 4 a c = n q², where n is no square of a rational number: b > √n |q| then stands for b > 0 and b² > 4 a c.
+pub(super) struct BesideRoot {
+    pub(super) constant: Polynomial,
+    pub(super) middle: Polynomial,
+    pub(super) number: Number,
+    pub(super) base: Polynomial,
+}
+
+impl BesideRoot {
+    pub(super) fn of(factor: &Factor, ring: &Ring, signs: &Signs, [conservative, bounded]: [bool; 2]) -> Option<Self> {
+        let [constant, middle, leading] = coefficients(factor, signs, bounded)?.try_into().ok()?;
+        let product = ring.reduced(leading.times(&constant).scaled(&Number::from(4)));
+        let powers: Vec<u32> = product.common_powers().iter().map(|power| power / 2).collect();
+        let mut base = Polynomial::monomial(powers);
+        for (own, times) in product.without(&product.common_powers()).factored() {
+            base = (0..times / 2).fold(base, |product, _| product.times(&own));
+        }
+        let number = product.over(&base.times(&base))?;
+        let (_, number) = number.terms().only().filter(|_| number.is_constant())?;
+        if conservative || !factor.is_even() || number.is_negative() || number.sqrt_exact().is_some() {
+            return None;
+        }
+        // What both have in common says nothing where it is positive.
+        let common = middle.common_divisor(&base);
+        let less = (middle.over(&common), base.over(&common));
+        let (middle, base) = match less {
+            (Some(middle), Some(base)) if signs.sign(&common).holds_always() => (middle, base),
+            _ => (middle, base),
+        };
+        Some(Self { constant, middle, number: number.clone(), base })
+    }
+}
+
 /// The same as polynomials in the coefficients of the factor, which come with them; those that hold always are left out.
 pub(super) fn conditions_in_coefficients(
     factor: &Factor,
@@ -307,14 +340,8 @@ fn coefficients(factor: &Factor, signs: &Signs, bounded: bool) -> Option<Vec<Pol
     if even {
         coefficients = coefficients.into_iter().step_by(2).collect();
     }
-    let leading = coefficients.last()?.clone();
-    let sign = signs.sign(&leading);
-    if !sign.factors.is_empty() {
-        coefficients = coefficients.iter().map(|own| own.times(&leading)).collect();
-    } else if sign.negative {
-        coefficients = coefficients.iter().map(|own| own.scaled(&Number::MINUS_ONE)).collect();
-    }
-    Some(coefficients)
+    let sign = signs.sign(coefficients.last()?).product(signs.variables.len());
+    Some(coefficients.iter().map(|own| own.times(&sign)).collect())
 }
 
 fn needed(coefficients: &[Polynomial], even: bool, conservative: bool) -> Option<Vec<Polynomial>> {
