@@ -239,6 +239,14 @@ def test_derivation(models):
     assert "<math" in derivation._repr_html_() and "Lagrange" in repr(derivation)
 
 
+def test_typst_compiles(models, tmp_path):
+    typst = pytest.importorskip("typst")
+    page = tmp_path / "page.typ"
+    for path in sorted(models.glob("*.lag"))[::4]:
+        page.write_text(librate.Model.open(path).derive().typst, encoding="utf-8")
+        assert typst.compile(page), path
+
+
 def test_a_derivation_is_that_of_the_command_line(models, command_line):
     path = models / "foucault_pendulum.lag"
     known = subprocess.run([command_line, "derive", path, "--json"], capture_output=True, check=True).stdout

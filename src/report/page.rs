@@ -382,8 +382,10 @@ impl Page {
             .map(|quantity| {
                 let because = conserved_because(quantity, names);
                 match quantity {
-                    Conserved::Energy { is_total: true } => Line::Words(format!("the energy `T` + `V`: {because}")),
-                    Conserved::Energy { is_total: false } => Line::Words(format!("`{}`: {because}", names.energies[1])),
+                    Conserved::Energy { is_total: Some(true) } => {
+                        Line::Words(format!("the energy `T` + `V`: {because}"))
+                    }
+                    Conserved::Energy { .. } => Line::Words(format!("`{}`: {because}", names.energies[1])),
                     Conserved::Momentum(i) => Line::Item(names.of(Motion::Momentum(*i)), because),
                     Conserved::Motion { momenta: sum, .. } | Conserved::Integral { value: sum, .. } => {
                         Line::Item(derivation.text(sum), because)
@@ -568,10 +570,10 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> Words {
                 names.coordinates.get(*coordinate).map_or("", String::as_str)
             )
         }
-        Conserved::Energy { is_total: true } => format!("the time does not occur in {lagrangian}"),
-        Conserved::Energy { is_total: false } => {
+        Conserved::Energy { is_total: Some(false) } => {
             format!("the time does not occur in {lagrangian}; `{function}` is not `T` + `V`")
         }
+        Conserved::Energy { .. } => format!("the time does not occur in {lagrangian}"),
     }
 }
 

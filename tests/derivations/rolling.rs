@@ -39,7 +39,7 @@ fn equations_have_the_forces_of_the_conditions() {
         }
         // Forces of conditions do no work, and keep no momentum that they act on.
         let energy = derivation.energy.as_ref().unwrap();
-        assert!(energy.conserved.contains(&Conserved::Energy { is_total: true }), "{name}");
+        assert!(energy.conserved.contains(&Conserved::Energy { is_total: Some(true) }), "{name}");
         assert!(!energy.conserved.contains(&Conserved::Momentum(0)), "{name}");
         assert!(energy.hamiltonian.is_none() && derivation.linear.is_ok(), "{name}");
     }

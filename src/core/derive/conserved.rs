@@ -27,8 +27,9 @@ pub enum Conserved {
     Momentum(usize),
     /// The energy function h = sum q' dL/dq' - L: the time doesn't occur in L.
     Energy {
-        /// Whether it is T + V: no part of T is without velocities or linear in them.
-        is_total: bool,
+        /// Whether it is T + V: no part of T is without velocities or linear in them. `None` where these are parts of an L that is given
+        /// as a whole, which does not say what T is.
+        is_total: Option<bool>,
     },
     /// A sum of momenta: L is unchanged by a motion of several coordinates (Noether's theorem).
     Motion {
@@ -140,9 +141,8 @@ pub(super) fn conserved(
         }
     }
     if !drives {
-        // Of an L that is given as a whole, T is what is quadratic in the velocities.
-        let is_total = lagrangian.other.is_empty()
-            && (model.lagrangian || lagrangian.linear.is_empty() && !lagrangian.has_rest_energy);
+        let is_total = lagrangian.other.is_empty() && lagrangian.linear.is_empty() && !lagrangian.has_rest_energy;
+        let is_total = (is_total || !model.lagrangian).then_some(is_total);
         result.push(Conserved::Energy { is_total });
     }
     result

@@ -47,7 +47,7 @@ const TYPST: Dialect = Dialect {
 const LINES: Lines = Lines {
     around: ["", ""],
     behind_left: "",
-    breaks: [" & ", " \\\n& quad "],
+    breaks: [" & ", " \\\n& quad \"\""],
     factor: ["dot.op ", " "],
     token: |token, out| out.push_str(&token_text(token)),
 };
