@@ -94,6 +94,21 @@ fn a_free_chain_drifts() {
     }
 }
 
+/// The inverse of K is the matrix of a chain with one free end.
+#[test]
+fn few_modes_where_each_is_tied_to_all() {
+    let text = "coord x[1..N]
+        T = sum(i in 1..N, 1/2*x[i]'^2)
+        V = sum(i in 1..N, 1/2*i*x[i]^2 + sum(j in i+1..N, i*x[i]*x[j]))";
+    let n = 320;
+    let found = modes(text, n, &Options::default().lowest(7));
+    assert_eq!(found.method, Some(Method::Lanczos));
+    for (at, mode) in found.modes.iter().enumerate() {
+        let angle = std::f64::consts::PI * (2 * (n - at) - 1) as f64 / (4 * n + 2) as f64;
+        holds(&mode.omega, 0.5 / angle.sin(), 1e-12);
+    }
+}
+
 #[test]
 fn all_modes_of_chains_have_their_closed_frequencies() {
     for n in [301, 900] {

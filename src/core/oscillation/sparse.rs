@@ -52,15 +52,23 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         return if is_plain { all(why) } else { dense(why) };
     }
     budget.at("the matrices", None);
-    if !must && linearized.shares() > (n * n) as u64 {
-        return dense("their entries are sums of many terms");
-    }
-    let Some((mass, stiffness)) = linearized.sparse() else {
+    // Sums of many terms are added up where they belong.
+    let are_sums = !must && !linearized.is_reduced() && linearized.shares() > (n * n) as u64;
+    let is_full = |matrix: &SparseMatrix| !must && matrix.stored().saturating_mul(2 * SPARSE) > n * n;
+    let matrices = if are_sums {
+        let mass = SparseMatrix::from_dense(n, &linearized.mass());
+        if is_full(&mass) {
+            return dense("M is full");
+        }
+        Some((mass, SparseMatrix::from_dense(n, &linearized.stiffness())))
+    } else {
+        linearized.sparse()
+    };
+    let Some((mass, stiffness)) = matrices else {
         return dense("there are constraints or massless coordinates");
     };
     budget.tell(|| structure(&mass, &stiffness));
-    let stored = mass.stored().max(stiffness.stored());
-    if !must && stored.saturating_mul(2 * SPARSE) > n * n {
+    if is_full(&mass) || is_full(&stiffness) && (!is_plain || count.saturating_mul(2 * FEW) > n) {
         return dense("more than an eighth of their entries are not 0");
     }
     let is_finite = |(_, _, value): (usize, usize, &Ball)| value.is_finite();
@@ -229,12 +237,13 @@ fn all_modes(linearized: &Linearized, options: &Options) -> Result<Option<Normal
 
 /// What the matrices look like, in words.
 fn structure(mass: &SparseMatrix, stiffness: &SparseMatrix) -> String {
+    let n = mass.dimension();
     let form = |matrix: &SparseMatrix| match matrix.bandwidth() {
         0 => "diagonal".to_owned(),
         1 => "tridiagonal".to_owned(),
+        _ if matrix.stored() == n * (n + 1) / 2 => "full".to_owned(),
         width => format!("sparse, entries up to {width} from the diagonal"),
     };
-    let n = mass.dimension();
     let entries = |matrix: &SparseMatrix| 2 * matrix.stored() - matrix.entries().filter(|(i, j, _)| i == j).count();
     format!(
         "structure: {n} coordinates; M {}, {} entries; K {}, {} entries",

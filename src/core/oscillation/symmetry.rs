@@ -1,8 +1,8 @@
 //! The symmetry of M and K in numbers, and the classes of modes under it.
 //!
 //! The enclosures at hand, of which those that meet count as equal, say whether there may be a symmetry with
-//! classes. Where there may it is searched for among entries of a thousand bits from the exact expressions, so
-//! that 1 and 1 + 1e-33 differ; only where the equilibrium was searched for the enclosures decide.
+//! classes. Where there may it is searched for among entries of many bits from the exact expressions, so
+//! that 1 and 1 + 1e-33 differ; only where the equilibrium was searched for, or entries are sums of many terms, the enclosures decide.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -15,7 +15,9 @@ use crate::symmetry::{Classes, Pattern, Symmetry, point_group};
 /// Larger models are not searched.
 pub(super) const MOST_COORDINATES: usize = 1500;
 /// Numbers that agree to so many bits are equal.
-const BITS: usize = 1024;
+const BITS: usize = 256;
+/// Entries that are sums of more terms are not evaluated to so many.
+const MOST_SHARES: u64 = 5_000;
 
 /// What tells the modes of different symmetry apart.
 pub(super) struct Labels {
@@ -115,7 +117,8 @@ fn by_entries(linearized: &Linearized, mass: &SparseMatrix, stiffness: &SparseMa
     if !Symmetry::may_have_classes(&pattern) {
         return None;
     }
-    if let Some(exact) = linearized.entries(BITS).and_then(|entries| of_entries(n, &entries)) {
+    let exact = (linearized.shares() <= MOST_SHARES).then(|| linearized.entries(BITS)).flatten();
+    if let Some(exact) = exact.and_then(|entries| of_entries(n, &entries)) {
         pattern = tied(exact);
     }
     let mut invariance = linearized.invariance()?;
