@@ -556,7 +556,10 @@ impl Search<'_> {
         }
         let half = metric.solve_lower_triangular(&own)?;
         let both = metric.solve_lower_triangular(&half.transpose())?;
-        let symmetric = (&both + both.transpose()) * 0.5;
+        let mut symmetric = (&both + both.transpose()) * 0.5;
+        // Of numbers whose squares underflow nalgebra makes vectors that are none.
+        let least = 1e-100 * symmetric.amax();
+        symmetric.apply(|x| *x = if x.abs() <= least { 0.0 } else { *x });
         Some(Spectrum { eigen: SymmetricEigen::new(symmetric) })
     }
 
