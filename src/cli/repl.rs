@@ -331,7 +331,8 @@ impl Session {
         let modes = found["modes"].as_array().map(Vec::as_slice).unwrap_or_default();
         let word = |mode: &Value, name: &str| mode[name].as_str().unwrap_or_default().to_owned();
         let omegas: Vec<String> = modes.iter().map(|mode| word(mode, "omega_digits")).collect();
-        let mut out = String::new();
+        let none = if modes.is_empty() { "nothing moves freely: there are no modes\n" } else { "" };
+        let mut out = none.to_owned();
         for (at, (mode, omega)) in modes.iter().zip(&omegas).enumerate() {
             let was = self.omegas.get(at).filter(|was| self.omegas.len() == omegas.len() && *was != omega);
             let was = was.map_or_else(String::new, |was| format!("   was {was}"));

@@ -77,7 +77,7 @@ pub fn amplitude_text(
     let (changes, bounds): (Vec<String>, Vec<String>) = changes.unzip();
     let reach = found.iter().map(|own| match (own.reach, &own.change) {
         (Some(reach), _) => format!("{reach:.1e}").parse().map_or_else(|_| String::new(), plain),
-        (None, Some(_)) => "any".to_owned(),
+        (None, Some(_)) => "-".to_owned(),
         (None, None) => String::new(),
     });
     let mut columns = vec![
@@ -112,7 +112,7 @@ fn plain(value: f64) -> String {
 
 /// The changes as a JSON object: `model`, `coordinates`, and `modes`, each with `omega`, `omega_digits` and `error_bound`,
 /// the `coordinate` whose amplitude is meant, `frequency_change` (omega = omega_0 (1 + frequency_change A² + …); `null` where
-/// `obstacle` says why) with `frequency_change_error_bound`, `up_to` (`null` where nothing limits the amplitude), and `equal`, modes of the
+/// `obstacle` says why) with `frequency_change_error_bound`, `up_to` (`null` where nothing up to third order does so), and `equal`, modes of the
 /// same frequency that this one does not drive from rest, and `drives`, a mode of half the frequency that it makes grow, by number from 1.
 #[must_use]
 pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: &Amplitudes, digits: usize) -> String {

@@ -74,6 +74,8 @@ fn changes_agree_with_periodic_motions() {
 fn one_coordinate_changes_as_its_period_does() {
     for text in [
         "coord x  T = 1/2*x'^2  V = (1 - exp(-x))^2",
+        // Neither acts.
+        "param c = 0  coord x  T = 1/2*x'^2  V = 1 - cos(x)  dissipation = c*x'^2  force x = -2*c*x'",
         "coord x  T = 1/2*x'^2  V = 1/2*x^2 + x^3/3 + x^4/7",
         "coord x  T = 1/2*(1 + x + x^2/3)*x'^2  V = cosh(x) + x^3",
         "coord x  T = 1/2*(1 + x/2)^2*x'^2  V = 1/2*(x + x^2/4)^2",

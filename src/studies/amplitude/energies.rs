@@ -1,7 +1,7 @@
 //! L = T2 - U of a model, compiled to gradients: what is linear in the velocities is proved to move nothing.
 
 use super::error::AmplitudeError;
-use crate::mechanics::{Mechanics, is_gradient};
+use crate::mechanics::{Mechanics, beside_energies, is_gradient};
 use crate::source;
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{instance, known_values, signed_terms};
@@ -17,7 +17,7 @@ const MOST_TERMS: usize = 200_000;
 /// # Errors
 /// Explicit time, friction, constraints and steady motions, and more terms than are written out.
 pub fn check(model: &Model) -> Result<(), AmplitudeError> {
-    if let Some((feature, span)) = model.features().next() {
+    if let Some((feature, span)) = beside_energies(model) {
         return Err(AmplitudeError::Unsupported { feature, span });
     }
     let terms = Mechanics::terms(model);

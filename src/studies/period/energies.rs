@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::PeriodError;
 use super::panel::Kink;
-use crate::mechanics::Mechanics;
+use crate::mechanics::{Mechanics, beside_energies};
 use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{evaluate_closed, known_values};
 use librate_core::model::Model;
@@ -61,7 +61,7 @@ pub fn check(model: &Model) -> Result<(), PeriodError> {
             span: model.coordinates.get(1).map(|second| second.span),
         });
     }
-    if let Some((feature, span)) = model.features().next() {
+    if let Some((feature, span)) = beside_energies(model) {
         return Err(PeriodError::Unsupported { feature, span });
     }
     Ok(())
