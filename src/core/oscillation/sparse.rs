@@ -52,25 +52,11 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         return if is_plain { all(why) } else { dense(why) };
     }
     budget.at("the matrices", None);
-    // Sums of many terms are added up where they belong.
-    let are_sums = !must && !linearized.is_reduced() && linearized.shares() > (n * n) as u64;
-    let is_full = |matrix: &SparseMatrix| !must && matrix.stored().saturating_mul(2 * SPARSE) > n * n;
-    let matrices = if are_sums {
-        let mass = SparseMatrix::from_dense(n, &linearized.mass());
-        if is_full(&mass) {
-            return dense("M is full");
-        }
-        Some((mass, SparseMatrix::from_dense(n, &linearized.stiffness())))
-    } else {
-        linearized.sparse()
-    };
-    let Some((mass, stiffness)) = matrices else {
-        return dense("there are constraints or massless coordinates");
+    let (mass, stiffness) = match matrices(linearized, count, must, is_plain) {
+        Ok(both) => both,
+        Err(why) => return dense(why),
     };
     budget.tell(|| structure(&mass, &stiffness));
-    if is_full(&mass) || is_full(&stiffness) && (!is_plain || count.saturating_mul(2 * FEW) > n) {
-        return dense("more than an eighth of their entries are not 0");
-    }
     let is_finite = |(_, _, value): (usize, usize, &Ball)| value.is_finite();
     if !(mass.entries().all(is_finite) && stiffness.entries().all(is_finite))
         && let Some(error) = linearized.not_finite()
@@ -123,6 +109,31 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         return dense("bounds in double-double do not cover the digits");
     }
     Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
+}
+
+/// M and K where they are worth being sparse for so many modes, or `must` be; else why they are not.
+fn matrices(
+    linearized: &Linearized,
+    count: usize,
+    must: bool,
+    is_plain: bool,
+) -> Result<(SparseMatrix, SparseMatrix), &'static str> {
+    let n = linearized.dimension();
+    let is_full = |matrix: &SparseMatrix| !must && matrix.stored().saturating_mul(2 * SPARSE) > n * n;
+    // Sums of many terms are added up where they belong.
+    let (mass, stiffness) = if !must && !linearized.is_reduced() && linearized.shares() > (n * n) as u64 {
+        let mass = SparseMatrix::from_dense(n, &linearized.mass());
+        if is_full(&mass) {
+            return Err("M is full");
+        }
+        (mass, SparseMatrix::from_dense(n, &linearized.stiffness()))
+    } else {
+        linearized.sparse().ok_or("there are constraints or massless coordinates")?
+    };
+    match is_full(&mass) || is_full(&stiffness) && (!is_plain || count.saturating_mul(2 * FEW) > n) {
+        true => Err("more than an eighth of their entries are not 0"),
+        false => Ok((mass, stiffness)),
+    }
 }
 
 /// Whether the energy, which friction takes from at most, is proved to bound all motions. `false` where that is not known.
