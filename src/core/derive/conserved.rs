@@ -256,12 +256,8 @@ impl Search<'_> {
             let velocity = signed(self.pool, *self.variables.velocities.get(partner)?, minus);
             at.insert(i, (place, velocity));
         }
-        let mut change = Vec::new();
-        for (i, force) in &self.lagrangian.forces {
-            if let Some((xi, _)) = at.get(i) {
-                change.push(self.pool.mul(*xi, *force));
-            }
-        }
+        let forces = self.lagrangian.forces.iter();
+        let change: Vec<ExprId> = forces.filter_map(|(i, force)| Some(self.pool.mul(at.get(i)?.0, *force))).collect();
         // Cheap, and mostly the end of it.
         let sum = self.pool.sum(&change);
         if !self.pool.vanishes(sum) {
@@ -278,16 +274,10 @@ impl Search<'_> {
         }
         let mut change = Vec::new();
         for term in terms {
-            for (k, slope) in self.variables.symbols.slopes(self.pool, term) {
-                if let Some((xi, _)) = at.get(&k) {
-                    change.push(self.pool.mul(*xi, slope));
-                }
-            }
-            for (k, slope) in self.variables.symbols.velocity_slopes(self.pool, term) {
-                if let Some((_, rate)) = at.get(&k) {
-                    change.push(self.pool.mul(*rate, slope));
-                }
-            }
+            let slopes = self.variables.symbols.slopes(self.pool, term).into_iter();
+            change.extend(slopes.filter_map(|(k, slope)| Some(self.pool.mul(at.get(&k)?.0, slope))));
+            let slopes = self.variables.symbols.velocity_slopes(self.pool, term).into_iter();
+            change.extend(slopes.filter_map(|(k, slope)| Some(self.pool.mul(at.get(&k)?.1, slope))));
         }
         let sum = self.pool.sum(&change);
         if !self.pool.vanishes(sum) {
@@ -301,12 +291,12 @@ impl Search<'_> {
 
     /// Whether friction and other forces do no work along a motion: the sum of xi_i (dF/dq_i' - Q_i) is 0.
     fn rubs_nowhere(&mut self, generator: &Slopes) -> bool {
-        let mut terms = Vec::new();
-        for (i, drag) in &self.lagrangian.drags {
-            if let Some((_, xi)) = generator.iter().find(|(own, _)| own == i) {
-                terms.push(self.pool.mul(*xi, *drag));
-            }
-        }
+        let drags = self.lagrangian.drags.iter();
+        let terms = drags.filter_map(|(i, drag)| {
+            let (_, xi) = generator.iter().find(|(own, _)| own == i)?;
+            Some(self.pool.mul(*xi, *drag))
+        });
+        let terms: Vec<ExprId> = terms.collect();
         let sum = self.pool.sum(&terms);
         self.pool.vanishes(sum)
     }

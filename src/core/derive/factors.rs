@@ -134,11 +134,8 @@ impl Polynomial {
             stages.push(next);
         }
         let zeros = whole_zeros(&stages.pop()?, variable).into_iter().filter_map(|zero| {
-            let mut zero = Self::constant(self.variables(), zero);
-            for (stage, (at, value)) in stages.iter().rev().zip(&points) {
-                zero = stage.lifted(zero, variable, *at, value)?;
-            }
-            Some(zero)
+            let (zero, mut steps) = (Self::constant(self.variables(), zero), stages.iter().rev().zip(&points));
+            steps.try_fold(zero, |zero, (stage, (at, value))| stage.lifted(zero, variable, *at, value))
         });
         Some(zeros.collect())
     }

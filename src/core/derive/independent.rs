@@ -5,6 +5,7 @@
 //! Voronets's equations, written out). All of it is done coefficient by coefficient, so that each comes in its shortest form.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::iter::repeat_n;
 
 use super::check::Checker;
 use super::constraints::solved_for;
@@ -130,13 +131,9 @@ impl Motions {
 
     /// A coefficient times what moves.
     fn term(&self, pool: &mut Pool, coefficient: ExprId, factors: &Factors) -> Option<Polynomial> {
-        let mut all = monomial(Factors::new(), pool.substitute_one(coefficient, &self.speeds));
-        for (motion, power) in factors {
-            for _ in 0..*power {
-                all = product(pool, &all, self.of(*motion)?);
-            }
-        }
-        Some(all)
+        let coefficient = monomial(Factors::new(), pool.substitute_one(coefficient, &self.speeds));
+        let mut single = factors.iter().flat_map(|(motion, power)| repeat_n(*motion, *power as usize));
+        single.try_fold(coefficient, |all, motion| Some(product(pool, &all, self.of(motion)?)))
     }
 }
 

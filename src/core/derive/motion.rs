@@ -187,9 +187,8 @@ impl MotionSum {
         }
         for term in &self.terms {
             let mut factors = vec![(term.coefficient, Number::ONE)];
-            for (motion, power) in &term.motion {
-                factors.push((value(pool, *motion), Number::from(i64::from(*power))));
-            }
+            let motion = term.motion.iter();
+            factors.extend(motion.map(|(own, power)| (value(pool, *own), Number::from(i64::from(*power)))));
             let product = pool.product_of_powers(&factors);
             parts.push(if term.negative { pool.neg(product) } else { product });
         }

@@ -42,9 +42,7 @@ impl Algebra<'_> {
         }
         let mut rest = polynomial;
         for (own, times) in factors {
-            for _ in 0..times {
-                rest = rest.over(&own)?;
-            }
+            rest = (0..times).try_fold(rest, |rest, _| rest.over(&own))?;
             let sum = self.in_bases(&bases, own.terms().map(|(powers, value)| (powers.as_slice(), value)));
             product.push((sum, Number::from(times as i64)));
         }

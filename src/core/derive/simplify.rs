@@ -632,10 +632,8 @@ type Side = (ExprId, bool);
 /// The base that stands in most terms, in two at least; the oldest of several.
 fn most_frequent(terms: &[(Monomial, Number)]) -> Option<Side> {
     let mut counts: BTreeMap<Side, usize> = BTreeMap::new();
-    for (monomial, _) in terms {
-        for (base, exponent) in monomial {
-            *counts.entry((*base, exponent.is_negative())).or_default() += 1;
-        }
+    for (base, exponent) in terms.iter().flat_map(|(monomial, _)| monomial) {
+        *counts.entry((*base, exponent.is_negative())).or_default() += 1;
     }
     let most = counts.values().copied().max().filter(|count| *count > 1)?;
     counts.into_iter().find(|(_, count)| *count == most).map(|(side, _)| side)

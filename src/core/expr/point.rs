@@ -319,20 +319,13 @@ impl Point<'_> {
             Node::Number(value) => residue(value),
             Node::Pi => Some(random(self.seed, Tag::Pi, 0, 0)),
             Node::Symbol(symbol) => Some(symbols(*symbol) % PRIME),
-            Node::Sum { constant, terms } => {
-                let mut sum = residue(constant)?;
-                for (term, coefficient) in terms {
-                    sum = add_mod(sum, mul_mod(residue(coefficient)?, self.value(*term)));
-                }
-                Some(sum)
-            }
-            Node::Product(factors) => {
-                let mut product = 1;
-                for (base, exponent) in factors {
-                    product = mul_mod(product, self.power(*base, exponent)?);
-                }
-                Some(product)
-            }
+            Node::Sum { constant, terms } => terms.iter().try_fold(residue(constant)?, |sum, (term, coefficient)| {
+                Some(add_mod(sum, mul_mod(residue(coefficient)?, self.value(*term))))
+            }),
+            Node::Product(factors) => factors.iter().try_fold(1, |product, (base, exponent)| {
+                let power = self.power(*base, exponent)?;
+                Some(mul_mod(product, power))
+            }),
             Node::Power { base, exponent } => self.general_power(*base, *exponent),
             Node::Function(function, x) => self.function(*function, *x),
             Node::Atan2 { y, x } => {

@@ -207,10 +207,9 @@ impl Flow {
         solve_for(&mut factors, 0..n, &size, precision)?;
         for (at, place) in changed.iter().enumerate() {
             for matrix in [1, 2] {
-                let mut sum = vec![S::from_number(&Number::ZERO, precision); n];
-                for (factor, part) in factors.iter().zip(&parts) {
-                    sum = plus(&sum, &factor[n + at], &part[matrix]);
-                }
+                let zero = vec![S::from_number(&Number::ZERO, precision); n];
+                let parts = factors.iter().zip(&parts);
+                let sum = parts.fold(zero, |sum, (factor, part)| plus(&sum, &factor[n + at], &part[matrix]));
                 for (c, sum) in sum.into_iter().enumerate() {
                     all[matrix][place + n * c] = sum;
                 }

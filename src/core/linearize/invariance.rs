@@ -231,9 +231,8 @@ impl Invariance {
             lists.map(|families| written_out(model, &mut pool, families.into_iter(), Some(&displaced), &self.known));
         let mut power = Vec::new();
         for family in &model.forces {
-            for (i, force) in forces_of(model, &mut pool, family) {
-                power.push(pool.times(force, self.virtual_velocities[i]));
-            }
+            let forces = forces_of(model, &mut pool, family).into_iter();
+            power.extend(forces.map(|(i, force)| pool.times(force, self.virtual_velocities[i])));
         }
         let mut rest = vec![pool.sum(&power)];
         rest.extend(model.constraints.iter().map(|own| own.expression));
@@ -269,10 +268,9 @@ impl Invariance {
             }
         }
         let after = pool.substitute(&before, &map);
-        let mut differences: Vec<(ExprId, ExprId)> = Vec::new();
-        for (before, after) in before.into_iter().zip(after) {
-            differences.push((before, pool.sub(after, before)));
-        }
+        let pairs = before.into_iter().zip(after);
+        let mut differences: Vec<(ExprId, ExprId)> =
+            pairs.map(|(before, after)| (before, pool.sub(after, before))).collect();
         // Each constraint becomes one of them, or its opposite.
         let after = pool.substitute(&self.constraints, &map);
         let residues = |all: &[ExprId]| pool.evaluate_mod(all, |symbol| ModularPoint::random_value(7, symbol), 7);

@@ -133,10 +133,7 @@ fn acting(pool: &mut Pool, feeds_back: &Rows, [beta, gamma]: [&Rows; 2], tied: &
     close(&mut acting);
     let left: Vec<usize> = (0..count).filter(|k| !acting[*k]).collect();
     let own: Rows = left.iter().map(|i| left.iter().map(|j| gamma[*i][*j]).collect()).collect();
-    let mut power = own.clone();
-    for _ in 1..left.len() {
-        power = product(pool, &power, &own);
-    }
+    let power = (1..left.len()).fold(own.clone(), |power, _| product(pool, &power, &own));
     if !vanish(&power) {
         left.iter().for_each(|k| acting[*k] = gamma[*k].iter().any(|e| !e.is_zero()));
         close(&mut acting);

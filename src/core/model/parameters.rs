@@ -389,10 +389,8 @@ impl World {
         if symbols.is_empty() {
             return Some(e);
         }
-        let mut values = Substitution::default();
-        for symbol in symbols {
-            values.insert(symbol, self.parameters[self.kinds.parameter(symbol)?].value?);
-        }
+        let value = |symbol| Some((symbol, self.parameters[self.kinds.parameter(symbol)?].value?));
+        let values: Substitution = symbols.into_iter().map(value).collect::<Option<_>>()?;
         self.pool.substitute(&[e], &values).first().copied()
     }
 }

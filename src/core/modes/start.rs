@@ -179,10 +179,8 @@ pub(super) fn forward<S: Enclosure>(l: &[Vec<S>], x: &mut [S]) {
 /// x <- L⁻ᵀ x in the first components; the others stay as they are.
 fn backward<S: Enclosure>(l: &[Vec<S>], x: &mut [S], first: usize) {
     for (k, column) in l[..first].iter().enumerate().rev() {
-        let mut value = x[k].clone();
-        for (t, c) in x[k + 1..].iter().zip(&column[k + 1..]).filter(|(t, _)| !t.is_zero()) {
-            value = value.sub(&t.mul(c)).center();
-        }
+        let others = x[k + 1..].iter().zip(&column[k + 1..]).filter(|(t, _)| !t.is_zero());
+        let value = others.fold(x[k].clone(), |value, (t, c)| value.sub(&t.mul(c)).center());
         x[k] = value.div(&column[k]).center();
     }
 }

@@ -5,7 +5,7 @@ use crate::diagnostic::{Diagnostic, at};
 use crate::linearize::{Linearized, Origin, Shape, Structure};
 use crate::mistakes;
 use crate::model::Model;
-use crate::modes::{Kind, Options};
+use crate::modes::{Kind, Options, leading};
 use crate::order::Order;
 use crate::span::Span;
 
@@ -170,10 +170,9 @@ fn feeds_round_loops(linearized: &Linearized, span: Span) -> Option<Warning> {
     };
     let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
     let torque = |&(i, j): &(usize, usize)| matrix[i + n * j] - matrix[j + n * i];
-    let (i, j) = pairs.filter(|pair| !torque(pair).contains_zero()).reduce(|a, b| {
-        let size = |pair| torque(pair).mid_f64().abs();
-        if size(&b) > size(&a) * (1.0 + 1e-6) { b } else { a }
-    })?;
+    let pairs: Vec<(usize, usize)> = pairs.filter(|pair| !torque(pair).contains_zero()).collect();
+    let (largest, _) = leading(pairs.len(), |at| torque(&pairs[at]).mid_f64().abs())?;
+    let (i, j) = pairs[largest];
     let coordinates = &linearized.model().coordinates;
     let name = |i: usize| Some(coordinates.get(axis(i)?)?.name());
     Some(Warning::FeedsEnergy { span, coordinate: name(i)?, other: Some(name(j)?) })
@@ -190,8 +189,7 @@ fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
 
 /// The place of the first component within 1e-6 of the largest, about.
 fn largest(vector: &[f64]) -> Option<usize> {
-    let most = vector.iter().map(|x| x.abs()).enumerate().reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a });
-    most.map(|(at, _)| at)
+    leading(vector.len(), |at| vector[at].abs()).map(|(at, _)| at)
 }
 
 /// Terms that are so many times as large as ω² nearly cancel.

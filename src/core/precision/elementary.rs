@@ -169,10 +169,8 @@ fn sinh_cosh_small(x: DoubleDouble) -> (Ball, Ball) {
 /// rest is below 2 z^29 / 29 / (1 - z^2).
 fn ln_by_atanh(z: Ball) -> Ball {
     let square = z * z;
-    let mut sum = Ball::ONE / Ball::exact(27.0);
-    for k in (0..13).rev() {
-        sum = sum * square + Ball::ONE / Ball::exact(f64::from(2 * k + 1));
-    }
+    let term = |k: i32| Ball::ONE / Ball::exact(f64::from(2 * k + 1));
+    let sum = (0..13).rev().fold(term(13), |sum, k| sum * square + term(k));
     (z * sum).scale(1).with_added_radius(up(0.07 * z.abs_upper().powi(29)))
 }
 

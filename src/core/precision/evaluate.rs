@@ -62,10 +62,8 @@ impl Scalar for f64 {
                 sums[i] += x[i] * y[3 - i];
             }
         }
-        let mut sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
-        for (x, y) in left.iter().zip(right.iter().rev()) {
-            sum += x * y;
-        }
+        let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+        let sum = left.iter().zip(right.iter().rev()).fold(sum, |sum, (x, y)| sum + x * y);
         (!(blocks.is_empty() && left.is_empty())).then_some(sum)
     }
 

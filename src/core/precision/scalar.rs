@@ -184,11 +184,6 @@ pub fn power<T: Clone>(base: &T, exponent: u32, mut product: impl FnMut(&T, &T) 
 
 /// [`Scalar::convolution`], one product after the other.
 pub(super) fn one_by_one<S: Scalar>(left: &[S], right: &[S]) -> Option<S> {
-    let mut products = left.iter().zip(right.iter().rev());
-    let (first, second) = products.next()?;
-    let mut sum = first.mul(second);
-    for (x, y) in products {
-        sum = sum.add(&x.mul(y));
-    }
-    Some(sum)
+    let products = left.iter().zip(right.iter().rev()).map(|(x, y)| x.mul(y));
+    products.reduce(|sum, product| sum.add(&product))
 }

@@ -7,6 +7,7 @@ use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{instance, known_values, signed_terms};
 use librate_core::model::Model;
 use librate_core::number::Number;
+use librate_core::order::Gather;
 use librate_core::span::Span;
 
 /// Terms beyond this are not written out.
@@ -90,10 +91,7 @@ impl Parts {
             let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
             let is_velocity = |symbol| velocities.contains(&symbol);
             let bodies = if pool.depends_on(family.body, &is_velocity) {
-                let mut scaled = Substitution::default();
-                for velocity in &velocities {
-                    scaled.insert(*velocity, pool.times(scale, *velocity));
-                }
+                let scaled: Substitution = velocities.iter().map(|own| (*own, pool.times(scale, *own))).gather();
                 let whole = pool.substitute_one(family.body, &scaled);
                 let once = pool.diff(whole, factor);
                 let twice = pool.diff(once, factor);

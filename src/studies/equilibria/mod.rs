@@ -527,12 +527,11 @@ fn hold(
     searched: &mut Vec<usize>,
     whole: &mut Vec<Interval>,
 ) -> Substitution {
-    let mut held = Substitution::default();
-    for (number, value) in values {
-        if let Some(place) = searched.iter().position(|at| at == number) {
-            held.insert(rest.coordinates[place], rest.pool.number(value.clone()));
-        }
-    }
+    let given = values.iter().filter_map(|(number, value)| {
+        let place = searched.iter().position(|at| at == number)?;
+        Some((rest.coordinates[place], rest.pool.number(value.clone())))
+    });
+    let held: Substitution = given.collect();
     let all = [&[rest.potential], rest.others.as_slice(), &rest.constraints].concat();
     let all = rest.pool.substitute(&all, &held);
     rest.potential = all[0];

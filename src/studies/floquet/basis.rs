@@ -206,10 +206,8 @@ impl<S: Enclosure> Schur<S> {
             let mut own = vec![Complex::real(1.0, self.precision); n];
             own[k + 1..].fill(Complex::zero(self.precision));
             for i in (0..k).rev() {
-                let mut sum = Complex::zero(self.precision);
-                for (j, x) in own.iter().enumerate().take(k + 1).skip(i + 1) {
-                    sum = sum.add(&self.entry(i, j).mul(x));
-                }
+                let others = own.iter().enumerate().take(k + 1).skip(i + 1);
+                let sum = others.fold(Complex::zero(self.precision), |sum, (j, x)| sum.add(&self.entry(i, j).mul(x)));
                 let mut gap = value.sub(self.entry(i, i)).center();
                 if gap.upper_bound() < least {
                     gap.re = S::from_magnitude(least, self.precision);

@@ -88,8 +88,7 @@ fn reach<S: Enclosure>(
     }
     let off = |i: usize, j: usize| covers.coupling(i, j);
     let sum = |parts: &mut dyn Iterator<Item = Magnitude>| parts.fold(Magnitude::ZERO, |sum, part| sum + part);
-    let (mut back, mut beside, mut own, mut cross) =
-        (Magnitude::ZERO, Magnitude::ZERO, Magnitude::ZERO, Magnitude::ZERO);
+    let [mut back, mut beside, mut cross] = [Magnitude::ZERO; 3];
     for i in others {
         for j in members {
             back = back.max(off(*i, *j));
@@ -97,9 +96,8 @@ fn reach<S: Enclosure>(
         }
         beside = beside.max(sum(&mut others.iter().map(|l| off(*i, *l))));
     }
-    for j in members {
-        own = own.max(sum(&mut members.iter().map(|l| off(*l, *j))));
-    }
+    let own = members.iter().map(|j| sum(&mut members.iter().map(|l| off(*l, *j))));
+    let own = own.fold(Magnitude::ZERO, Magnitude::max);
     if others.is_empty() {
         return Some(Magnitude::ZERO);
     }

@@ -57,9 +57,7 @@ impl Equations {
     ) -> Result<Self, UnboundSymbol> {
         let mut outputs = rates.to_vec();
         for rate in rates {
-            for symbol in state {
-                outputs.push(pool.diff(*rate, *symbol));
-            }
+            outputs.extend(state.iter().map(|symbol| pool.diff(*rate, *symbol)));
         }
         let inputs: Vec<Symbol> = [&[time], state, parameters].concat();
         Ok(Self {

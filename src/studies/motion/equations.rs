@@ -192,9 +192,8 @@ impl<'a> Written<'a> {
         }
         let mut outputs = inertia;
         let follows = found.follows.iter().map(|(_, speed)| speed);
-        for sum in found.equations.iter().chain(follows) {
-            outputs.push(sum.at_constant_rates(&mut pool, &velocities));
-        }
+        let sums = found.equations.iter().chain(follows);
+        outputs.extend(sums.map(|sum| sum.at_constant_rates(&mut pool, &velocities)));
         outputs = pool.substitute(&outputs, &known_values(model));
         shorten(&mut pool, &mut outputs, MOST_SHORTENED);
         let inputs = inputs(time, &coordinates, &velocities);

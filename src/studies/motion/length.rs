@@ -43,9 +43,7 @@ impl<S: Real> Stepper<'_, S> {
         };
         let mut length = f64::INFINITY;
         for row in rows() {
-            for k in [terms, terms - 1] {
-                length = length.min(self.reach(&row, k, length));
-            }
+            length = [terms, terms - 1].iter().fold(length, |length, k| length.min(self.reach(&row, *k, length)));
         }
         // Mostly the others are small by far where these are.
         for row in rows() {

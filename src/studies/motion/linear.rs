@@ -65,12 +65,6 @@ fn exponential(matrix: DMatrix<f64>) -> DMatrix<f64> {
     let squarings = (matrix.norm().log2() + 1.0).ceil().clamp(0.0, 1100.0) as i32;
     let small = matrix * 0.5_f64.powi(squarings);
     let one = DMatrix::identity(small.nrows(), small.ncols());
-    let mut sum = one.clone();
-    for term in (1..=16).rev() {
-        sum = &one + &small * sum / f64::from(term);
-    }
-    for _ in 0..squarings {
-        sum = &sum * &sum;
-    }
-    sum
+    let sum = (1..=16).rev().fold(one.clone(), |sum, term| &one + &small * sum / f64::from(term));
+    (0..squarings).fold(sum, |sum, _| &sum * &sum)
 }

@@ -192,10 +192,8 @@ fn has_two_harmonics(pool: &mut Pool, family: &TermFamily, time: Symbol, rate: E
     if !pool.reachable(&[family.body]).into_iter().all(is_smooth) {
         return false;
     }
-    let mut left = pool.diff(family.body, time);
-    for harmonic in [1, 2] {
-        left = without_harmonic(pool, left, time, rate, harmonic);
-    }
+    let slope = pool.diff(family.body, time);
+    let left = [1, 2].into_iter().fold(slope, |left, harmonic| without_harmonic(pool, left, time, rate, harmonic));
     pool.vanishes(left)
 }
 

@@ -169,13 +169,8 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
     // What the rows come to for columns that are hardly coupled.
     let mut radius: f64 = 0.0;
     for &c in &members {
-        let mut sum = defect[c];
-        for &i in &outside {
-            sum += left_t.get(i, c) * right.get(i, c) / gap[i];
-        }
-        for &b in &members {
-            sum += right.get(c, b) + width * q.get(c, b);
-        }
+        let sum = outside.iter().fold(defect[c], |sum, &i| sum + left_t.get(i, c) * right.get(i, c) / gap[i]);
+        let sum = members.iter().fold(sum, |sum, &b| sum + (right.get(c, b) + width * q.get(c, b)));
         radius = radius.max(2.0 * sum / least[c]);
     }
     if !radius.is_finite() {
@@ -190,10 +185,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
             if !exceeds(diagonal[i], 0.0) {
                 return Err(i);
             }
-            let mut sum = 0.0;
-            for &c in &members {
-                sum += right.get(i, c) + reach * q.get(i, c);
-            }
+            let sum = members.iter().fold(0.0, |sum, &c| sum + (right.get(i, c) + reach * q.get(i, c)));
             base[i] = sum * factor;
         }
         let rows = Rows { outside: &outside, base: &base, diagonal: &diagonal };
@@ -205,15 +197,10 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         let mut discs = Vec::with_capacity(members.len());
         let mut needed: f64 = 0.0;
         for &c in &members {
-            let mut sum = defect[c];
             let (h, g) = (left_t.column(c), q_t.column(c));
-            for &i in &outside {
-                sum += (h[i] + reach * g[i]) * tau[i];
-            }
-            for &b in &members {
-                // Entry (c, c) of both matrices is 0.
-                sum += right.get(c, b) + reach * q.get(c, b);
-            }
+            let sum = outside.iter().fold(defect[c], |sum, &i| sum + (h[i] + reach * g[i]) * tau[i]);
+            // Entry (c, c) of both matrices is 0.
+            let sum = members.iter().fold(sum, |sum, &b| sum + (right.get(c, b) + reach * q.get(c, b)));
             let r = up(sum * factor / least[c] * FAR);
             discs.push(r);
             needed = needed.max(r);
