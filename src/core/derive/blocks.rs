@@ -17,7 +17,6 @@ const MOST_MIRRORS: usize = 8;
 const MOST_ELEMENTS: usize = 200;
 
 /// Vectors of one symmetry under mirrors that commute, and the class they make.
-#[derive(Clone, Debug)]
 pub(super) struct Adapted {
     /// Under which mirrors they are odd.
     pub(super) odd: Vec<bool>,
@@ -88,7 +87,6 @@ pub(super) fn adapted(mirrors: &[SignedPermutation], coordinates: &[usize]) -> V
 }
 
 /// The frequencies of a ring with one or two coordinates a cell, for each wave number.
-#[derive(Clone, Debug)]
 pub(super) struct Waves {
     /// The symbol of s = sin(pi j/N)^2.
     pub(super) square: Symbol,

@@ -32,7 +32,6 @@ pub(super) struct Lagrangian {
 }
 
 /// What the symbols of a model are.
-#[derive(Clone, Debug)]
 pub(super) struct Variables {
     /// The coordinates, in order.
     pub(super) coordinates: Vec<Symbol>,

@@ -82,7 +82,6 @@ impl Dimension {
 }
 
 /// A chain, ring or net with the frequencies as a function of s = sin(theta/2)^2 in each dimension.
-#[derive(Clone, Debug)]
 pub(super) struct Lattice {
     pub(super) dimensions: Vec<Dimension>,
     /// The symbol that stands for s in each dimension.

@@ -16,7 +16,6 @@ const MOST_TERMS: usize = 600;
 pub(super) const EXPONENT: usize = 0;
 
 /// What the variables of polynomials stand for.
-#[derive(Clone, Debug, Default)]
 pub(super) struct Ring {
     /// Bases, with the part of their powers that counts as one: 1/2 for a square root. The first is that of variable 1.
     bases: Monomial,
@@ -25,7 +24,6 @@ pub(super) struct Ring {
 }
 
 /// A variable of which a power is known.
-#[derive(Clone, Debug)]
 struct Root {
     variable: usize,
     power: u32,
@@ -33,7 +31,6 @@ struct Root {
 }
 
 /// Expressions multiplied out, all with the same powers of what stands below a fraction bar.
-#[derive(Debug)]
 pub(super) struct Expanded {
     all: Vec<Monomials>,
     by: Monomial,

@@ -101,11 +101,7 @@ impl Ties {
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.leader[a], self.leader[b]);
         let (low, high) = (a.min(b), a.max(b));
-        for leader in &mut self.leader {
-            if *leader == high {
-                *leader = low;
-            }
-        }
+        self.leader.iter_mut().filter(|leader| **leader == high).for_each(|leader| *leader = low);
     }
 
     /// The ties among these that a symmetry of M and K needs.

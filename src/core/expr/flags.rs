@@ -105,11 +105,10 @@ impl Pool {
 
 /// The positive rational number by which the coefficients of a sum become coprime whole numbers.
 pub(super) fn content(constant: &Number, terms: &[(ExprId, Number)]) -> Number {
-    let mut gcd = constant.abs();
-    for (_, coefficient) in terms {
-        if !(gcd.is_one() && coefficient.is_integer()) {
-            gcd = gcd.gcd(coefficient);
-        }
-    }
-    gcd
+    terms.iter().fold(
+        constant.abs(),
+        |gcd, (_, coefficient)| {
+            if gcd.is_one() && coefficient.is_integer() { gcd } else { gcd.gcd(coefficient) }
+        },
+    )
 }

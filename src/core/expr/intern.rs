@@ -113,11 +113,7 @@ impl IdTable {
         if self.used * 4 >= self.slots.len() * 3 {
             let size = (self.slots.len() * 2).max(64);
             let old = std::mem::replace(&mut self.slots, vec![(0, EMPTY); size]);
-            for (hash, id) in old {
-                if id != EMPTY {
-                    self.place(hash, id);
-                }
-            }
+            old.into_iter().filter(|(_, id)| *id != EMPTY).for_each(|(hash, id)| self.place(hash, id));
         }
         self.place(hash, id);
         self.used += 1;

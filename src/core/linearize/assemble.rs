@@ -15,7 +15,7 @@ use super::parameters::parameters_of;
 use super::velocity::{Derivatives, Matrix, VelocityFamily};
 pub use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
-use crate::model::{Model, TermFamily};
+use crate::model::{Local, Model, TermFamily};
 use crate::number::Number;
 use crate::order::Gather;
 use crate::precision::{Ball, Big, Function, Scalar};
@@ -163,12 +163,11 @@ fn are_unstressed(model: &mut Model, families: &[ElementFamily]) -> bool {
                     own.iter_mut().zip(constants).for_each(|(same, constant)| *same &= at == Some(*constant));
                 }
             }
-            let mut places = Substitution::default();
-            for (own, local) in same.iter().zip(&terms.locals) {
-                if let Some(k) = own.iter().position(|same| *same) {
-                    places.insert(local.coordinate, model.pool.symbol_expr(terms.values[k]));
-                }
-            }
+            let place = |(own, local): (&Vec<bool>, &Local)| {
+                let k = own.iter().position(|same| *same)?;
+                Some((local.coordinate, model.pool.symbol_expr(terms.values[k])))
+            };
+            let places: Substitution = same.iter().zip(&terms.locals).filter_map(place).collect();
             family.potential.iter().all(|element| model.pool.substitute_one(element.first, &places).is_zero())
         })
 }

@@ -134,14 +134,14 @@ fn open_point(
 }
 
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
-    let (names, expressions) = (tied.names(), tied.expressions());
+    let expressions = tied.expressions();
     let Tied { mut model, visible, dependent, .. } = tied;
     check_time(&mut model)?;
     let order = model.coordinates.len();
     model.pool.budget().room(order.saturating_mul(order), ENTRY)?;
     velocity::check_smooth(&model)?;
     // A coordinate is cyclic by the energies, whatever constraints tie it to.
-    let tied = model.potential.split_off(model.potential.len() - names.len());
+    let tied = model.potential.split_off(model.potential.len() - expressions.len());
     steady::put_rates_in(&mut model)?;
     model.potential.extend(tied);
     check_terms(&model)?;
@@ -221,13 +221,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     if !expressions.is_empty() {
         matrices.first(visible);
         let gradients = multipliers::gradients(&model, &mut matrices.pool, &point[..visible], &expressions);
-        matrices.constraints = Some(SymbolicConstraints {
-            names,
-            expressions,
-            multipliers: point[visible..].to_vec(),
-            gradients,
-            dependent,
-        });
+        matrices.constraints = Some(SymbolicConstraints { multipliers: point[visible..].to_vec(), gradients });
     }
     Ok(matrices)
 }

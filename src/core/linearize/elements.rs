@@ -144,11 +144,8 @@ fn element(
     let slope = splitter.slopes(pool, s, variables);
     let mut curvature = Vec::new();
     for (i, entry) in &slope {
-        for (j, second) in splitter.slopes(pool, *entry, variables) {
-            if j >= *i {
-                curvature.push((*i, j, second));
-            }
-        }
+        let seconds = splitter.slopes(pool, *entry, variables).into_iter().filter(|(j, _)| j >= i);
+        curvature.extend(seconds.map(|(j, second)| (*i, j, second)));
     }
     // The number of a weight and that of a derivative are multiplied first: long sums are copied for each.
     let weighed = |pool: &mut Pool, e: ExprId, factor: &Number| match pool.as_number(weight) {

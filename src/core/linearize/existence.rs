@@ -65,7 +65,6 @@ pub(crate) struct Axes {
 }
 
 /// How WᵀKW is multiplied out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Products {
     /// In doubles, with bounds of their rounding errors.
     Doubles,

@@ -44,7 +44,6 @@ const NEARBY_POINTS: u64 = 4;
 type Images = Vec<Vec<(usize, ExprId)>>;
 
 /// Bodies at different places, all of whose coordinates there are.
-#[derive(Clone, Debug)]
 pub(crate) struct Bodies {
     /// By axis, of which there are two or three: the coordinate of each body.
     pub(crate) axes: Vec<Vec<usize>>,
@@ -53,7 +52,6 @@ pub(crate) struct Bodies {
 }
 
 /// The energies of a model about its equilibrium.
-#[derive(Clone, Debug)]
 pub(crate) struct Invariance {
     model: Model,
     /// What is put in for parameters.

@@ -89,13 +89,9 @@ pub(super) fn row<S: Scalar>(v: &Direction, matrix: &[S], precision: S::Precisio
 
 /// vᵀx.
 pub(super) fn product<'a, S: Scalar + 'a>(v: &Direction, entry: impl Fn(usize) -> &'a S, precision: S::Precision) -> S {
-    let mut sum = S::from_number(&Number::ZERO, precision);
-    for (i, x) in v {
-        if !entry(*i).is_exact_zero() {
-            sum = sum.add(&entry(*i).mul(&x.in_numbers(precision)));
-        }
-    }
-    sum
+    let parts =
+        v.iter().filter(|(i, _)| !entry(*i).is_exact_zero()).map(|(i, x)| entry(*i).mul(&x.in_numbers(precision)));
+    parts.fold(S::from_number(&Number::ZERO, precision), |sum, part| sum.add(&part))
 }
 
 /// Those whose force no motion changes, exactly.

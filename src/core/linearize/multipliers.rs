@@ -14,17 +14,11 @@ use crate::precision::Ball;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SymbolicConstraints {
-    /// What the multipliers are called.
-    pub names: Vec<String>,
-    /// What each constraint sets to zero.
-    pub expressions: Vec<ExprId>,
     /// The multipliers at the equilibrium, for which grad V = sum of multipliers times grad c; one that was found
     /// numerically stands as itself.
     pub multipliers: Vec<ExprId>,
     /// The gradients at the equilibrium, one row a constraint.
     pub gradients: Vec<Vec<ExprId>>,
-    /// The numbers of constraints that follow from the others and have no multiplier.
-    pub dependent: Vec<usize>,
 }
 
 /// Multipliers that balance the forces at a point, put in behind its coordinates; `None` where the forces don't

@@ -75,10 +75,8 @@ impl Nest {
                     let row = weight.mul(slope);
                     let among = added(last).enumerate().skip(k).map(|(l, own)| (own, k != l));
                     let before = self.members[..at].iter().flat_map(added).map(|own| (own, true));
-                    for ((b, other), both) in among.chain(before) {
-                        if !other.is_exact_zero() {
-                            share(a, b, &row.mul(other), both);
-                        }
+                    for ((b, other), both) in among.chain(before).filter(|((_, other), _)| !other.is_exact_zero()) {
+                        share(a, b, &row.mul(other), both);
                     }
                 }
             }

@@ -26,10 +26,9 @@ pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, Linearize
     let own = parameters.iter().filter_map(|number| rational_value(model, &model.parameters[*number]));
     let values: Substitution = own.gather();
     let put_in = model.pool.substitute(&bodies, &values);
-    for (family, body) in all_terms(model).zip(&put_in) {
-        if family.count > 0 && model.pool.is_undefined(*body) {
-            return Err(without_value(model, family));
-        }
+    let undefined = |(family, body): &(&TermFamily, &ExprId)| family.count > 0 && model.pool.is_undefined(**body);
+    if let Some((family, _)) = all_terms(model).zip(&put_in).find(undefined) {
+        return Err(without_value(model, family));
     }
     set_bodies(model, &put_in);
     Ok(Exponents { parameters, bodies })

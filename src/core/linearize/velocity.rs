@@ -176,11 +176,8 @@ impl Derivatives {
         let coordinates: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
         let mut entries = Vec::new();
         for (i, coefficient) in coefficients {
-            for (j, slope) in slopes_by(pool, *coefficient, &coordinates) {
-                if j != *i {
-                    entries.push((Matrix::Gyroscopic, *i, j, slope));
-                }
-            }
+            let slopes = slopes_by(pool, *coefficient, &coordinates).into_iter().filter(|(j, _)| j != i);
+            entries.extend(slopes.map(|(j, slope)| (Matrix::Gyroscopic, *i, j, slope)));
         }
         Self { entries, rest: Vec::new() }
     }

@@ -50,7 +50,6 @@ pub(crate) fn hold_in_true_numbers(
 }
 
 /// What generators are tried on.
-#[derive(Clone, Copy)]
 struct Check<'a> {
     assembly: &'a Assembly,
     at: &'a [Ball],

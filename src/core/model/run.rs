@@ -35,7 +35,6 @@ pub(super) const DEEPEST_LET: usize = 64;
 pub(super) const COSTLIEST_LET: u64 = 4096;
 
 /// Why a run stopped.
-#[derive(Debug)]
 pub(super) enum Stop {
     Error(Box<ModelError>),
     /// The term can't have slots: it must be written out.

@@ -292,11 +292,8 @@ fn pivot_rows(basis: &Matrix) -> Vec<usize> {
         pivots.push(row);
     }
     // Columns that rounding made dependent: any rows will do for a basis of some kind.
-    for row in 0..n {
-        if pivots.len() < c && !pivots.contains(&row) {
-            pivots.push(row);
-        }
-    }
+    let others: Vec<usize> = (0..n).filter(|row| !pivots.contains(row)).take(c - pivots.len()).collect();
+    pivots.extend(others);
     pivots.sort_unstable();
     pivots
 }

@@ -156,7 +156,6 @@ pub fn decimal_to_place(value: &Ball, place: i32, digits: usize) -> Decimal {
 }
 
 /// How far a number is written out.
-#[derive(Clone, Copy)]
 struct Wanted {
     /// So many significant digits, at least 1.
     digits: usize,

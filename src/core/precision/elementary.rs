@@ -101,12 +101,8 @@ fn reduce(x: DoubleDouble, k: f64, words: &[f64], rest: f64) -> Ball {
         grow(-e);
         grow(-p);
     }
-    let mut sum = Ball::ZERO;
-    for &part in expansion.iter().rev() {
-        if part != 0.0 {
-            sum = sum + Ball::exact(part);
-        }
-    }
+    let parts = expansion.iter().rev().filter(|part| **part != 0.0);
+    let sum = parts.fold(Ball::ZERO, |sum, part| sum + Ball::exact(*part));
     sum.with_added_radius(up(k.abs() * rest))
 }
 

@@ -74,7 +74,6 @@ pub(super) convolution_of_balls, ball_loops, (left: &[Ball], right: &[Ball]) -> 
 pub(super) const SHORT_FOR_BALLS: usize = SHORT;
 
 /// One of the sums side by side; the letters are those of [`convolution_of_balls`].
-#[derive(Clone, Copy)]
 struct Sums {
     high: [f64; 4],
     low: [f64; 4],

@@ -116,10 +116,8 @@ impl Parts {
             for at in 0..family.count {
                 let map = instance(model, pool, family, at, None);
                 let terms = pool.substitute(&bodies, &map);
-                for (sum, term) in sums.iter_mut().zip(terms) {
-                    if !pool.as_number(term).is_some_and(Number::is_zero) {
-                        sum.push(if negative { pool.neg(term) } else { term });
-                    }
+                for (sum, term) in sums.iter_mut().zip(terms).filter(|(_, term)| *term != zero) {
+                    sum.push(if negative { pool.neg(term) } else { term });
                 }
             }
         }

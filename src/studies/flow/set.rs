@@ -91,10 +91,8 @@ impl Set {
                 let entry = along.fold(Ball::ZERO, |entry, k| entry + Ball::exact(axis(k)) * turned[(k, j)]);
                 size = plus(size, entry.abs_upper() * radius);
             }
-            for (k, error) in errors.iter().enumerate() {
-                if axis(k) != 0.0 && *error > 0.0 {
-                    size = plus(size, axis(k).abs() * up(error / scales[k]));
-                }
+            for (k, error) in errors.iter().enumerate().filter(|(k, error)| axis(*k) != 0.0 && **error > 0.0) {
+                size = plus(size, axis(k).abs() * up(error / scales[k]));
             }
             sizes[i] = size;
             for j in 0..n {

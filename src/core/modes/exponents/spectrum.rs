@@ -35,7 +35,6 @@ pub(super) struct Facts {
 }
 
 /// What is known of the exponent of a column.
-#[derive(Clone, Debug)]
 pub(super) struct Status {
     /// Whether growth, or omega, is exactly 0.
     pub(super) growth_zero: bool,

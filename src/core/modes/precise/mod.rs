@@ -387,11 +387,8 @@ fn assemble(
     let mut clusters = enclosures.clusters;
     for cluster in &mut clusters {
         // The double-doubles of the columns differ from them by up to 2 u² of themselves.
-        for &i in &order[cluster.start..cluster.end] {
-            if own[i].is_some() {
-                cluster.reach[i] = LOST;
-            }
-        }
+        let members = order[cluster.start..cluster.end].iter();
+        members.filter(|i| own[**i].is_some()).for_each(|i| cluster.reach[*i] = LOST);
     }
     let g = background.map(|background| background.g.clone());
     let Enclosed { mut mid, mut radius, .. } = g.unwrap_or_else(|| Enclosed::new(m, |_, _| Ball::ZERO));

@@ -16,7 +16,6 @@ use crate::span::Span;
 const NEAR: usize = 6;
 
 /// The comments of a statement, by number in the file.
-#[derive(Debug, Default)]
 pub(super) struct Placed {
     /// The piece that is a place to break, and the comment there; in order.
     pub(super) inside: Vec<(usize, usize)>,
