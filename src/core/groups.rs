@@ -1,5 +1,7 @@
 //! What belongs together, from pairs that do.
 
+use crate::order::Gather;
+
 /// Groups of numbers below n that grow pair by pair; each is known by its least member.
 #[derive(Clone, Debug)]
 pub struct Groups(Vec<usize>);
@@ -27,10 +29,8 @@ impl Groups {
 
     /// All groups by their least members, each in rising order.
     pub(crate) fn all(&mut self) -> Vec<Vec<usize>> {
-        let mut members: Vec<Vec<usize>> = vec![Vec::new(); self.0.len()];
-        for i in 0..self.0.len() {
-            members[self.least(i)].push(i);
-        }
+        let count = self.0.len();
+        let mut members = (0..count).map(|i| (self.least(i), i)).by_place(count);
         members.retain(|own| !own.is_empty());
         members
     }

@@ -93,6 +93,16 @@ pub trait Gather: Iterator + Sized {
         groups
     }
 
+    /// What belongs to each of so many places, in the order in which it comes.
+    fn by_place<T>(self, count: usize) -> Vec<Vec<T>>
+    where
+        Self: Iterator<Item = (usize, T)>,
+    {
+        let mut all: Vec<Vec<T>> = (0..count).map(|_| Vec::new()).collect();
+        self.for_each(|(place, item)| all[place].push(item));
+        all
+    }
+
     /// The item, if there is exactly one.
     fn only(mut self) -> Option<Self::Item> {
         self.next().filter(|_| self.next().is_none())

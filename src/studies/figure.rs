@@ -266,10 +266,8 @@ fn add_summands(pool: &Pool, term: ExprId, is_local: &impl Fn(&Symbol) -> bool, 
 /// Pairs of points that a term of the potential depends on, and points on whose distance from the origin one does.
 fn springs(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, Option<usize>)> {
     let moves: Vec<Vec<usize>> = positions.chunks(dimension).map(|own| moving(pool, model, own)).collect();
-    let mut of_coordinate: Vec<Vec<usize>> = vec![Vec::new(); model.coordinates.len()];
-    for (point, own) in moves.iter().enumerate() {
-        own.iter().for_each(|number| of_coordinate[*number].push(point));
-    }
+    let points = moves.iter().enumerate().flat_map(|(point, own)| own.iter().map(move |number| (*number, point)));
+    let of_coordinate = points.by_place(model.coordinates.len());
     let mut found = Vec::new();
     let mut seen = HashSet::new();
     let energy = if model.lagrangian { &model.kinetic } else { &model.potential };

@@ -19,12 +19,10 @@ const MOST_ABOVE_BAR: u64 = 36;
 
 /// The generalized momenta p_i = dL/dq_i', one a coordinate.
 pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Vec<MotionSum> {
-    let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
-    for ((i, j), value) in &lagrangian.inertia {
-        for (i, j) in both_ways(*i, *j) {
-            rows[i].push(MotionTerm::new(*value, &[(Motion::Velocity(j), 1)]));
-        }
-    }
+    let terms = lagrangian.inertia.iter().flat_map(|((i, j), value)| {
+        both_ways(*i, *j).map(|(i, j)| (i, MotionTerm::new(*value, &[(Motion::Velocity(j), 1)])))
+    });
+    let mut rows = terms.by_place(variables.coordinates.len());
     let mut rest: BTreeMap<usize, Vec<ExprId>> = lagrangian.linear.iter().map(|(i, own)| (*i, vec![*own])).gather();
     for term in &lagrangian.other {
         for (i, slope) in variables.symbols.velocity_slopes(pool, *term) {

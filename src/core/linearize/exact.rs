@@ -98,8 +98,7 @@ pub(super) fn without_inertia(own: &Linearized, all: bool) -> Option<Vec<Directi
     let (at, values) = exactly(&model, &assembly, &own.equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
     let mass = assembly.mass(&at, &values);
     let others = [Matrix::Gyroscopic, Matrix::Damping].into_iter().filter(|_| !all);
-    let others = others.map(|matrix| assembly.velocity_matrix(matrix, &at, &values));
-    let others: Vec<Option<Vec<Exact>>> = others.collect();
+    let others: Vec<_> = others.map(|matrix| assembly.velocity_matrix(matrix, &at, &values)).collect();
     // Neither M nor C is negative, mostly: then that is what both take to 0.
     let both = sum(Some(mass.clone()), others.last().cloned().flatten())?;
     let entry = |i: usize| (0..).zip((0..=i).map(|j| both[i + n * j].clone())).gather();

@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 use super::assemble::{Assembly, Values};
 use super::constrained::{eliminate, largest_among};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::precision::{Eliminated, Enclosure};
 
 /// Elimination of dense rows is for systems of moderate size.
@@ -79,12 +80,8 @@ pub(crate) fn kernel<S: Enclosure>(
 /// The coordinates that a largest matching with elements leaves over or that can be reached from
 /// those, and the elements that depend on these, fewer by as many as were left over.
 fn loose<S>(n: usize, slopes: &[Vec<(usize, S)>]) -> (Vec<usize>, Vec<usize>) {
-    let mut elements: Vec<Vec<usize>> = vec![Vec::new(); n];
-    for (element, row) in slopes.iter().enumerate() {
-        for (coordinate, _) in row {
-            elements[*coordinate].push(element);
-        }
-    }
+    let elements = slopes.iter().enumerate().flat_map(|(element, row)| row.iter().map(move |(i, _)| (*i, element)));
+    let elements = elements.by_place(n);
     const NONE: usize = usize::MAX;
     // The coordinate that each element is matched with.
     let mut matched = vec![NONE; slopes.len()];

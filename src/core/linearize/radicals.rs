@@ -404,10 +404,6 @@ impl Scalar for Exact {
         })
     }
 
-    fn sub(&self, other: &Self) -> Self {
-        self.add(&other.neg())
-    }
-
     fn mul(&self, other: &Self) -> Self {
         if let (Self::Turns(turns), other) | (other, Self::Turns(turns)) = (self, other) {
             return other.as_rational().map_or(Self::Unknown, |by| Self::turns(turns.mul(by)));

@@ -45,10 +45,7 @@ pub fn at_rest(mut model: Model, varying: &[usize]) -> Result<AtRest, LinearizeE
     let none = Substitution::default();
     let terms = signed_terms(&model).map(|(negative, family)| (!negative, family));
     let potential = written_out(&model, &mut pool, terms, None, &none);
-    let mut others = vec![Vec::new(); model.coordinates.len()];
-    for (coordinate, share) in drags_at_rest(&model, &mut pool) {
-        others[coordinate].push(share);
-    }
+    let others = drags_at_rest(&model, &mut pool).into_iter().by_place(model.coordinates.len());
     let mut all = vec![potential];
     all.extend(others.iter().map(|parts| pool.sum(parts)));
     all.extend(model.constraints.iter().map(|own| own.expression));

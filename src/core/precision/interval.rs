@@ -247,10 +247,6 @@ impl Scalar for Interval {
         }
     }
 
-    fn sub(&self, other: &Self) -> Self {
-        self.add(&other.neg())
-    }
-
     #[inline]
     fn mul(&self, other: &Self) -> Self {
         if self.is_empty() || other.is_empty() {

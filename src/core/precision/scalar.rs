@@ -54,7 +54,9 @@ pub trait Scalar: Clone {
     /// Sum.
     fn add(&self, other: &Self) -> Self;
     /// Difference.
-    fn sub(&self, other: &Self) -> Self;
+    fn sub(&self, other: &Self) -> Self {
+        self.add(&other.neg())
+    }
     /// Product.
     fn mul(&self, other: &Self) -> Self;
     /// Quotient.

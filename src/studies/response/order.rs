@@ -41,10 +41,7 @@ pub(super) fn levels(neighbours: &[Vec<usize>], start: usize) -> Vec<usize> {
 
 /// The rows that each has entries with.
 pub(super) fn neighbours(order: usize, entries: &[(usize, usize)]) -> Vec<Vec<usize>> {
-    let mut all = vec![Vec::new(); order];
-    for (row, column) in entries.iter().filter(|(row, column)| row != column) {
-        all[*row].push(*column);
-        all[*column].push(*row);
-    }
+    let pairs = entries.iter().filter(|(row, column)| row != column);
+    let all = pairs.flat_map(|(row, column)| [(*row, *column), (*column, *row)]).by_place(order);
     all.into_iter().map(|own| own.into_iter().distinct()).collect()
 }

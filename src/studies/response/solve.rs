@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use faer::c64;
 use librate_core::linearize::{Linearized, Precise, Units};
 use librate_core::modes::SparseQuadratic;
+use librate_core::order::Gather;
 use librate_core::oscillation;
 use librate_core::precision::{Ball, Banded, Big, Complex, Enclosure, Entry, Function, Scalar, subtract};
 
@@ -392,11 +393,8 @@ impl<S: Enclosure> Matrices<S> {
         let renamed =
             |own: Coefficient<S>| Coefficient { column: if own.column == input { output } else { own.column }, ..own };
         let minor: Vec<Coefficient<S>> = minor.map(renamed).collect();
-        let [mut ahead, mut back] = [vec![Vec::new(); self.order], vec![Vec::new(); self.order]];
-        for own in &minor {
-            ahead[own.row].push(own.column);
-            back[own.column].push(own.row);
-        }
+        let ahead = minor.iter().map(|own| (own.row, own.column)).by_place(self.order);
+        let back = minor.iter().map(|own| (own.column, own.row)).by_place(self.order);
         let mut left: BTreeSet<usize> = (0..self.order).filter(|row| *row != input).collect();
         while let Some(first) = left.first() {
             let [ahead, back] = [&ahead, &back].map(|links| BTreeSet::from_iter(levels(links, *first)));

@@ -87,13 +87,9 @@ impl Form {
         let n = matrices[0].dimension();
         let (mut starts, mut rows) = (vec![0], Vec::new());
         // A matrix that is not symmetric couples both ways.
-        let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n];
-        for i in 0..n {
-            for j in matrices.iter().flat_map(|own| own.entries(i)).map(|(j, _)| j) {
-                columns[i.max(j)].push(i.min(j));
-            }
-        }
-        for column in columns {
+        let row =
+            |i: usize| matrices.iter().flat_map(move |own| own.entries(i)).map(move |(j, _)| (i.max(j), i.min(j)));
+        for column in (0..n).flat_map(row).by_place(n) {
             rows.extend(column.into_iter().distinct());
             starts.push(rows.len());
         }

@@ -84,15 +84,9 @@ fn counts(symbolic: &SymbolicCholesky<usize>, n: usize) -> (usize, f64) {
 fn dissection(starts: &[usize], rows: &[usize]) -> Option<Vec<usize>> {
     let n = starts.len() - 1;
     // Both triangles, every row in rising order.
-    let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n];
-    for j in 0..n {
-        for &i in &rows[starts[j]..starts[j + 1]] {
-            columns[j].push(i);
-            if i != j {
-                columns[i].push(j);
-            }
-        }
-    }
+    let entries = (0..n).flat_map(|j| rows[starts[j]..starts[j + 1]].iter().map(move |i| (*i, j)));
+    let both = entries.flat_map(|(i, j)| [(j, i)].into_iter().chain((i != j).then_some((i, j))));
+    let columns = both.by_place(n);
     let mut numbers: HashMap<&[usize], usize> = HashMap::new();
     let mut nodes: Vec<Vec<usize>> = Vec::new();
     let mut node_of = Vec::with_capacity(n);
