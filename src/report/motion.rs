@@ -62,14 +62,12 @@ impl<W: Write> MotionsCsv<W> {
     }
 
     /// Writes the motion from the start of this number.
-    #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn motion(&mut self, start: usize, motion: &Trajectory) -> io::Result<()> {
         let mut rows = cells(motion, self.digits);
         rows.try_for_each(|own| self.table.write_record([start.to_string()].into_iter().chain(own))).map_err(plain)
     }
 
     /// Writes what is left.
-    #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn finish(mut self) -> io::Result<()> {
         self.table.flush()
     }

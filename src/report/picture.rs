@@ -366,7 +366,6 @@ fn shortest(value: f64, decimals: usize) -> String {
 }
 
 /// So many numbers and names find room along an axis.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths on a page")]
 fn ticks_in(length: f64, each: f64) -> usize {
     ((length / each) as usize).max(2)
 }

@@ -116,13 +116,11 @@ impl<W: Write> SweepCsv<W> {
     }
 
     /// Writes a line.
-    #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn row(&mut self, row: &SweepRow) -> io::Result<()> {
         self.table.write_record(self.columns.cells(row)).map_err(plain)
     }
 
     /// Hands on all lines.
-    #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn flush(&mut self) -> io::Result<()> {
         self.table.flush()
     }

@@ -174,7 +174,6 @@ impl<'a> Compiler<'a> {
         program
     }
 
-    #[allow(clippy::too_many_lines)] // one arm a form of expression
     fn visit(&mut self, at: ExprRef, scope: &mut Scope, tasks: &mut Vec<Task>) {
         let file = self.file;
         let expr = file.expr(at);

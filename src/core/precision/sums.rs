@@ -124,7 +124,6 @@ fn ball_loops<const FUSED: bool>(left: &[Ball], right: &[Ball]) -> Option<Ball> 
     if sums.fine != [true; 4] {
         return None;
     }
-    #[allow(clippy::cast_precision_loss)] // rows are short
     let (n, m) = (terms as f64, (blocks.len() + 1) as f64);
     let part = |i: usize| {
         let mid = DoubleDouble::new(sums.high[i], sums.low[i]);

@@ -12,7 +12,6 @@ use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{Ball, Scalar, up};
 
 /// Modes that are not separated.
-#[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) members: Vec<usize>,
     /// ω² of all of them.
@@ -22,7 +21,6 @@ pub(super) struct Group {
 }
 
 /// The shapes of all modes, enclosed.
-#[derive(Clone, Debug)]
 pub(super) struct Basis {
     /// Shapes x with xᵀMx = 1, as far as groups of more than one tell.
     pub(super) shapes: Vec<Vec<Ball>>,

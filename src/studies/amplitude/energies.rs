@@ -26,7 +26,6 @@ pub fn check(model: &Model) -> Result<(), AmplitudeError> {
 }
 
 /// Gradients of U = V - T0 and of T2, with the values of the parameters.
-#[derive(Clone, Debug)]
 pub(super) struct Energies {
     /// ∂U/∂q as functions of q.
     pub(super) potential: Tape,

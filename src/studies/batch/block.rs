@@ -52,7 +52,6 @@ pub(super) struct Start {
 }
 
 /// Memory for one block; made once a request.
-#[derive(Clone, Debug)]
 pub(super) struct Workspace {
     arch: Arch,
     pub(super) registers: Registers,
@@ -66,7 +65,6 @@ pub(super) struct Workspace {
 }
 
 /// Memory for exponents.
-#[derive(Clone, Debug)]
 struct General {
     exponents: Exponents,
     discs: Discs,

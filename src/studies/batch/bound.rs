@@ -45,7 +45,6 @@ pub(super) struct Entry {
 }
 
 /// One of the forms XᵀMX, XᵀKX.
-#[derive(Clone, Debug)]
 struct Form {
     /// The diagonal as computed.
     diagonal: Vec<Lane>,
@@ -58,7 +57,6 @@ struct Form {
 }
 
 /// Scratch and results of the bound.
-#[derive(Clone, Debug)]
 pub(super) struct Bounder {
     /// Rayleigh quotients λ_k.
     pub(super) values: Vec<Lane>,

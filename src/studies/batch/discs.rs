@@ -33,7 +33,6 @@ use super::tape::U;
 use librate_core::precision::{LANES, Lane};
 
 /// Scratch and results of the bound.
-#[derive(Clone, Debug)]
 pub(super) struct Discs {
     n: usize,
     /// λ_k.
@@ -55,7 +54,6 @@ pub(super) struct Discs {
 }
 
 /// Bounds of the entries of a matrix less the computed diagonal.
-#[derive(Clone, Debug)]
 struct Form {
     size: usize,
     entries: Vec<Lane>,

@@ -29,7 +29,6 @@ const LARGEST_ROUNDING: f64 = 1e-14;
 const NOTHING: f64 = 1e-145;
 
 /// The first-order problems of a block and what becomes of them. All matrices are row by row.
-#[derive(Clone, Debug)]
 pub(super) struct Exponents {
     n: usize,
     /// B, n by n.

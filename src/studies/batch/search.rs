@@ -25,7 +25,6 @@ const ARRIVED: f64 = 8.0 * U;
 const LEAST_DAMPING: f64 = 1e-5;
 
 /// Memory of a search.
-#[derive(Clone, Debug)]
 pub(super) struct Search {
     /// The problem of the coordinates that are searched for.
     solver: Solver,

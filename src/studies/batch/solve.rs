@@ -27,7 +27,6 @@ const NEGLIGIBLE: f64 = f64::EPSILON * f64::EPSILON / 4.0;
 const NOTHING: f64 = 1e-290;
 
 /// The matrices of a block and what becomes of them. All are n by n, row by row.
-#[derive(Clone, Debug)]
 pub(super) struct Solver {
     pub(super) n: usize,
     /// M; symmetric.

@@ -21,7 +21,6 @@ const SMALLEST_DIVISOR: f64 = 1e-150;
 const TINY_QUOTIENT: f64 = 1e-170;
 
 /// The values of a program's registers and the bounds of their errors.
-#[derive(Clone, Debug)]
 pub(super) struct Registers {
     pub(super) value: Vec<Lane>,
     pub(super) error: Vec<Lane>,

@@ -46,7 +46,6 @@ pub(super) struct Poles {
 }
 
 /// What is worked out beside some poles.
-#[derive(Default)]
 struct Form {
     /// w·F.
     along: Option<Prepared<Interval>>,

@@ -16,7 +16,6 @@ pub(super) struct PeriodMap<S> {
 }
 
 /// Why the integration ended before the period was over.
-#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Stop {
     /// No step leads on, or what it leads to has no bounds.
     Singular { time: f64 },

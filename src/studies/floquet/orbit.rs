@@ -40,7 +40,6 @@ pub(super) struct Guess {
 }
 
 /// Why no periodic motion was proved.
-#[derive(Clone, Debug)]
 pub(super) enum Lost {
     /// In words.
     Search(&'static str),

@@ -11,7 +11,6 @@ const MOST_STEPS: usize = 200;
 const PLACES: i32 = 400;
 
 /// U at the top of a barrier.
-#[derive(Clone, Debug)]
 pub(super) struct Height<S> {
     pub(super) at: S,
     /// Whether it is at a stationary point; else at the highest place that was met: it may rise without end.

@@ -18,7 +18,6 @@ const PRIMES: [i64; 5] = [2, 3, 5, 7, 11];
 ///
 /// Where L has more powers of q', as of a relativistic mass, q'² = 2 (E - U)/M with an M that depends on E - U as well: the
 /// conserved q' dL/dq' - L is E, and -L at rest is U.
-#[derive(Clone, Debug)]
 pub(super) struct Energies {
     pub(super) pool: Pool,
     pub(super) coordinate: Symbol,

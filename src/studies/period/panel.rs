@@ -44,7 +44,6 @@ pub(super) enum Refusal {
 }
 
 /// Where an integral ended, and why.
-#[derive(Clone, Debug)]
 pub(super) struct Obstacle<S> {
     pub(super) refusal: Refusal,
     /// The position.

@@ -13,7 +13,6 @@ const FAR: f64 = 1e150;
 const MOST_NARROWINGS: usize = 400;
 
 /// What lies outward from a place where E - U is positive.
-#[derive(Clone, Debug)]
 pub(super) enum Outward<S> {
     /// E - U is positive at the first place and negative at the second.
     Bracket(S, S),

@@ -128,7 +128,6 @@ impl Series {
 }
 
 /// A frequency.
-#[derive(Clone, Debug)]
 pub(super) struct Frequency {
     /// Its square.
     square: Number,

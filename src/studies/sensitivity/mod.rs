@@ -177,7 +177,6 @@ enum Space {
 }
 
 /// What an exponent keeps to, however parameters change.
-#[derive(Clone, Copy, PartialEq)]
 enum Kept {
     /// The imaginary axis: without dissipation -λ̄ is an exponent with λ, and this one is alone.
     Imaginary,
