@@ -194,9 +194,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("force_vanishes", lines(roots)));
     }
-    if let Some(exceeded) = &derivation.left_out {
-        fields.push(("left_out", string(&left_out(exceeded).message)));
-    }
+    fields.extend(derivation.left_out.as_ref().map(|own| ("left_out", string(&left_out(own).message))));
     let shown = fields.iter().filter(|(name, _)| chapter(name).is_none_or(|own| derivation.shows(own)));
     let fields = shown.map(|(name, value)| format!("\"{name}\": {value}"));
     format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
@@ -223,9 +221,8 @@ fn chapter(field: &str) -> Option<&str> {
 
 /// The equilibrium and the matrices there.
 fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Fields<'_>) {
-    if !derivation.assumptions.is_empty() {
-        fields.push(("assumptions", strings(assumption_texts(derivation))));
-    }
+    let assumptions = || ("assumptions", strings(assumption_texts(derivation)));
+    fields.extend((!derivation.assumptions.is_empty()).then(assumptions));
     fields.push(("equilibrium", expressions(derivation, &linear.equilibrium)));
     if !derivation.rates.is_empty() {
         let rates = derivation.rates.iter().map(|(name, rate)| (name, expression(derivation, *rate)));
@@ -295,16 +292,14 @@ fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, f
     // They are those of the frequencies, where these have closed forms.
     let case = linear.frequencies.as_ref().map(Frequencies::best).filter(|case| !case.frequencies.is_empty());
     let is_open = case.is_none();
-    if let Some(case) = case.filter(|case| !case.ties.is_empty()) {
-        fields.push(("exponents_equal", array(case.ties.iter().map(strings))));
-    }
+    let tied = case.filter(|case| !case.ties.is_empty());
+    fields.extend(tied.map(|case| ("exponents_equal", array(case.ties.iter().map(strings)))));
     let conditions = || found.stability.as_ref().map(|all| all.iter().map(|own| own.positive).collect::<Vec<_>>());
     let conditions = found.stability_exact.clone().or_else(conditions);
     fields.push(("stability", conditions.map_or_else(null, |all| expressions(page, &all))));
     let is_sufficient = found.stability.iter().flatten().any(|own| own.role == Role::Sufficient);
-    if is_sufficient && found.stability_exact.is_none() {
-        fields.push(("stability_sufficient", true.to_string()));
-    }
+    let is_sufficient = is_sufficient && found.stability_exact.is_none();
+    fields.extend(is_sufficient.then(|| ("stability_sufficient", true.to_string())));
     // With rotation and forces together exponents are no pairs ±s.
     let paired = linear.gyroscopic.is_none() || linear.circulatory.is_none();
     let is_open = is_open && linear.damping.is_none() && paired;
@@ -331,9 +326,7 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut F
         record([("kind", string(&kind(&found.kind))), ("exchanges", array(exchanges)), ("equal", sets(&found.ties))])
     };
     fields.extend(found.point_group.as_ref().map(|group| ("point_group", string(group))));
-    if let Some(found) = &case.symmetry {
-        fields.push(("symmetry", symmetry(found)));
-    }
+    fields.extend(case.symmetry.as_ref().map(|found| ("symmetry", symmetry(found))));
     fields.extend(found.would_be.as_ref().map(|found| ("symmetry_if_equal", symmetry(found))));
     if !case.blocks.is_empty() {
         let matrix = |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| expressions(derivation, row)));
@@ -372,12 +365,9 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut F
     fields.push(("frequencies_equal", sets(&case.ties)));
     let taken = signs(derivation, &found.signs);
     fields.extend((!taken.is_empty()).then(|| ("frequencies_signs", strings(taken))));
-    if let Some(normal) = &case.normal {
-        fields.push(("normal_coordinates", normal_modes(derivation, normal)));
-    }
+    fields.extend(case.normal.as_ref().map(|own| ("normal_coordinates", normal_modes(derivation, own))));
     if !case.waves.is_empty() {
-        let waves = case.waves.iter();
-        let waves = waves.map(|waves| normal_waves(derivation, waves));
+        let waves = case.waves.iter().map(|waves| normal_waves(derivation, waves));
         fields.push(("normal_waves", lines(waves)));
     }
 }
