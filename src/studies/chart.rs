@@ -200,12 +200,6 @@ impl Chart {
         [self.axes[0].range.len(), self.axes[1].range.len()]
     }
 
-    /// Never: each range has at least one place.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len().contains(&0)
-    }
-
     /// The values along a parameter (0 or 1), in the unit that it is declared with.
     #[must_use]
     pub fn values(&self, axis: usize) -> Vec<f64> {
