@@ -26,14 +26,13 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     let pairs =
         floquet.multipliers.iter().map(|own| format!("[{}, {}]", number(own.re.mid_f64()), number(own.im.mid_f64())));
     let mut digits_bound = 0.0_f64;
-    let mut texts = Vec::new();
-    for own in &floquet.multipliers {
+    let texts = array(floquet.multipliers.iter().map(|own| {
         let [re, im, _] = parts(own, digits).map(|part| {
             digits_bound = digits_bound.max(part.bound);
             part.json()
         });
-        texts.push(format!("[{re}, {im}]"));
-    }
+        format!("[{re}, {im}]")
+    }));
     let moduli = floquet.multipliers.iter().map(|own| number(own.modulus.mid_f64()));
     let places = floquet.multipliers.iter().map(|own| string(own.place.as_str()));
     let exponents = floquet.multipliers.iter().map(|own| {
@@ -54,7 +53,7 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     object.field("velocities", middles(&floquet.velocities));
     object.field("place_error_bound", bound(state_error));
     object.field("multipliers", array(pairs));
-    object.field("multipliers_digits", array(texts.into_iter()));
+    object.field("multipliers_digits", texts);
     object.field("error_bound", bound(floquet.error_bound()));
     object.field("digits_error_bound", number(digits_bound));
     object.field("moduli", array(moduli));

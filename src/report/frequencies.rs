@@ -422,13 +422,10 @@ pub(super) fn frequency_parts(derivation: &Derivation, linear: &Linear, parts: &
         let title = if frequencies.group_of_values { "point group at these values" } else { "point group" };
         parts.push(Part::List(title.to_owned(), vec![group.clone()]));
     }
-    case_parts(derivation, frequencies, &frequencies.general, parts);
-    if let Some(tied) = &frequencies.tied {
-        case_parts(derivation, frequencies, tied, parts);
+    for case in [&frequencies.general].into_iter().chain(&frequencies.tied) {
+        case_parts(derivation, frequencies, case, parts);
     }
-    if let Some(words) = on_request(frequencies) {
-        parts.push(Part::Paragraph(words.to_owned()));
-    }
+    parts.extend(on_request(frequencies).map(|words| Part::Paragraph(words.to_owned())));
     if let Some(found) = &frequencies.would_be {
         let title = format!("it would have a symmetry if {}", ties(&found.ties).join(", "));
         parts.push(Part::Section(title, exchanges(found, &ticked(&derivation.names.displacements)), Form::Close));

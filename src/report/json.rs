@@ -332,13 +332,8 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut F
         let matrix = |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| expressions(derivation, row)));
         let blocks = case.blocks.iter().map(|block| {
             let vectors = block.basis.iter().map(|vector| {
-                let mut dense = vec![0; names.len()];
-                for (i, value) in vector {
-                    if let Some(place) = dense.get_mut(*i) {
-                        *place = *value;
-                    }
-                }
-                array(dense.iter().map(ToString::to_string))
+                let component = |i: usize| vector.iter().find(|(at, _)| *at == i).map_or(0, |(_, value)| *value);
+                array((0..names.len()).map(|i| component(i).to_string()))
             });
             record([
                 ("symmetry", string(&block.class)),

@@ -317,9 +317,8 @@ fn table(
         columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| row.own.growth_sigma.clone()))));
     }
     columns.push(Column::right("bound", of(Row::bound)));
-    if let Some(unit) = style.unit.or(has_units.then_some(FrequencyUnit::Hertz)) {
-        columns.push(Column::numbers(&format!("f ({})", unit.as_str()), of(|row| row.hertz.clone())));
-    }
+    let unit = style.unit.or(has_units.then_some(FrequencyUnit::Hertz));
+    columns.extend(unit.map(|unit| Column::numbers(&format!("f ({})", unit.as_str()), of(|row| row.hertz.clone()))));
     let kinds = modes.iter().map(|mode| mode.kind.as_str().to_owned()).collect();
     columns.push(Column::words("kind", kinds));
     if modes.iter().any(|mode| mode.symmetry.is_some()) {

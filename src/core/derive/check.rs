@@ -503,10 +503,8 @@ impl<'a> Checker<'a> {
         let dense = |rows: &[BTreeMap<usize, ExprId>]| {
             let mut matrix = vec![Ball::ZERO; n * n];
             for (i, row) in rows.iter().enumerate() {
-                for (j, entry) in row {
-                    if let Some(value) = value.get(entry) {
-                        matrix[i + n * j] = *value;
-                    }
+                for (j, value) in row.iter().filter_map(|(j, entry)| Some((j, value.get(entry)?))) {
+                    matrix[i + n * j] = *value;
                 }
             }
             matrix

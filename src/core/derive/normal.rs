@@ -102,14 +102,11 @@ pub(super) fn normal_coordinates(
         NormalMode { omega_squared: column.omega_squared, symmetry: shape.symmetry.clone(), amplitudes, omega }
     });
     let modes = modes.collect();
-    let mut terms = vec![Vec::new(); count];
-    for (r, shape) in shapes.iter().enumerate() {
-        let amplitudes = page.amplitudes(pool, (count, r), shape);
-        for (row, amplitude) in terms.iter_mut().zip(amplitudes) {
-            row.push(MotionTerm::new(amplitude, &[(Motion::Normal(r), 1)]));
-        }
-    }
-    let coordinates = terms.into_iter().map(|terms| MotionSum::new(pool, terms)).collect();
+    let terms = shapes.iter().enumerate().flat_map(|(r, shape)| {
+        let amplitudes = page.amplitudes(pool, (count, r), shape).into_iter().enumerate();
+        amplitudes.map(move |(i, amplitude)| (i, MotionTerm::new(amplitude, &[(Motion::Normal(r), 1)])))
+    });
+    let coordinates = terms.by_place(count).into_iter().map(|terms| MotionSum::new(pool, terms)).collect();
     Some(NormalCoordinates {
         modes,
         coordinates,

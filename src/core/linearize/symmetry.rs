@@ -306,10 +306,8 @@ fn vectors(model: &Model) -> Vec<Vec<Vec<usize>>> {
 /// Equally long plain families, or single coordinates, as axes of one space.
 fn plain_spaces(model: &Model) -> impl Iterator<Item = Vec<Vec<usize>>> {
     let mut lengths: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
-    for family in &model.families {
-        if family.extents.len() <= 1 {
-            lengths.entry(family.len()).or_default().push(family.range().collect());
-        }
+    for family in model.families.iter().filter(|family| family.extents.len() <= 1) {
+        lengths.entry(family.len()).or_default().push(family.range().collect());
     }
     lengths.into_values()
 }

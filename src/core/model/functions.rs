@@ -250,11 +250,8 @@ fn body_tensor(pool: &mut Pool, body: Body, arguments: &[ExprId]) -> Value {
         }
         Body::Point => [zero; 3],
     };
-    let mut rows = vec![vec![zero; 3]; 3];
-    for (axis, moment) in diagonal.into_iter().enumerate() {
-        rows[axis][axis] = moment;
-    }
-    Value::from_rows(rows)
+    let entry = |i: usize, j: usize| if i == j { diagonal[i] } else { zero };
+    Value::from_rows((0..3).map(|i| (0..3).map(|j| entry(i, j)).collect()).collect())
 }
 
 /// Whether RᵀR may be 1.

@@ -134,12 +134,10 @@ impl Indexed {
 
     /// Every edge has two triangles, which run through it in opposite directions.
     fn check_edges(&self) -> Result<(), InertiaError> {
-        let mut sides: Vec<Side> = Vec::with_capacity(3 * self.triangles.len());
-        for (at, &[a, b, c]) in self.triangles.iter().enumerate() {
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                sides.push((from.min(to), from.max(to), from < to, at));
-            }
-        }
+        let edges = self.triangles.iter().enumerate().flat_map(|(at, &[a, b, c])| {
+            [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to, at))
+        });
+        let mut sides: Vec<Side> = edges.collect();
         sides.sort_unstable();
         // The kinds of mistakes, the worst first, each by its first edge in the order of the vertices.
         let mut found: [(usize, Option<Edge>); 3] = [(0, None), (0, None), (0, None)];
