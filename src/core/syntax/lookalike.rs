@@ -1,5 +1,7 @@
 //! What to write for characters that look like something the language has.
 
+use super::words::function_meant;
+
 /// The advice for an illegal character.
 pub(super) enum Lookalike {
     /// Write this instead.
@@ -97,13 +99,16 @@ pub(super) fn composed(letter: char) -> Option<char> {
 /// What to write for a command of TeX, given without its backslash.
 fn typeset(command: &str) -> Lookalike {
     let (word, group) = match command.split_once('{') {
-        Some((word, group)) => (word, group.strip_suffix('}').filter(|g| !g.contains('{'))),
+        Some((word, group)) => (word, Some(untypeset(group.strip_suffix('}').unwrap_or("{")))),
         None => (command, None),
     };
-    let plain = match (word, group) {
+    let function = || function_meant(word);
+    let plain = match (word, group.as_deref()) {
         ("sum" | "sum_", _) => return Lookalike::Say("write `sum(i in 1..n, …)`"),
         ("int" | "int_", _) => return Lookalike::Say("write `integral(x in a..b, …)`"),
-        (word, Some(index)) if word.ends_with('_') => return Lookalike::Write(format!("{word}{}", index.trim())),
+        (word, Some(index)) if word.ends_with('_') && index != "…" => {
+            return Lookalike::Write(format!("{word}{index}"));
+        }
         ("dot", Some(name)) => return Lookalike::Write(format!("{}'", in_parentheses(name))),
         ("ddot", Some(name)) => return Lookalike::Write(format!("{}''", in_parentheses(name))),
         ("dot" | "ddot", None) => return Lookalike::Say("write the time derivative after the name: `x'`"),
@@ -111,7 +116,11 @@ fn typeset(command: &str) -> Lookalike {
             return Lookalike::Say("names have no accents and no type: write `r`, or `r_hat` where both occur");
         }
         ("frac" | "tfrac" | "dfrac", _) => return Lookalike::Say("write a fraction as `a/b`"),
-        ("sqrt", Some(inside)) => return Lookalike::Write(format!("sqrt({})", inside.trim())),
+        ("max" | "min", _) => {
+            return Lookalike::Say(
+                "write the larger of two as `(a + b + abs(a - b))/2`, the smaller with `- abs(a - b)`",
+            );
+        }
         ("left" | "right" | "big" | "Big" | "quad" | "qquad", _) => return Lookalike::Say("leave it out"),
         ("cdot" | "times", _) => "*",
         ("div", _) => "/",
@@ -120,22 +129,36 @@ fn typeset(command: &str) -> Lookalike {
         ("geq" | "ge", _) => ">=",
         ("neq" | "ne", _) => "!=",
         ("in", _) => "in",
-        ("log", _) => "ln",
-        ("arcsin", _) => "asin",
-        ("arccos", _) => "acos",
-        ("arctan", _) => "atan",
-        // Greek letters, functions, and names set upright.
-        (word, None) => word,
-        (_, Some(inside)) => inside.trim(),
+        // Greek letters and functions.
+        (word, None) => function().unwrap_or(word),
+        ("mathrm" | "mathit" | "mathsf" | "text" | "textrm" | "mbox" | "operatorname", Some(name)) if name != "…" => {
+            name
+        }
+        (_, Some(inside)) => match function() {
+            Some(function) => return Lookalike::Write(format!("{function}({inside})")),
+            None => return Lookalike::Unknown,
+        },
     };
     Lookalike::Write(plain.to_owned())
 }
 
-/// As the operand of a prime: a name, with or without the backslash of a Greek letter, or parentheses.
+/// What stands in the braces of a command, with words for the commands in it, or `…`.
+fn untypeset(group: &str) -> String {
+    let mut parts = group.trim().split('\\');
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (word, rest) = part.split_at(part.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(part.len()));
+        let plain = if word.is_empty() || function_meant(word).is_some() { Lookalike::Unknown } else { typeset(word) };
+        let Lookalike::Write(plain) = plain else { return "…".to_owned() };
+        let is_factor = out.ends_with(char::is_alphanumeric) && plain.starts_with(char::is_alphabetic);
+        out.extend([if is_factor { "*" } else { "" }, &plain, rest]);
+    }
+    if out.contains(['{', '}']) { "…".to_owned() } else { out }
+}
+
+/// As the operand of a prime: a name, or parentheses.
 fn in_parentheses(operand: &str) -> String {
-    let operand = operand.trim();
-    let name = operand.strip_prefix('\\').unwrap_or(operand);
-    if name.chars().all(|c| c.is_alphanumeric() || c == '_') { name.to_owned() } else { format!("({operand})") }
+    if operand.chars().all(|c| c.is_alphanumeric() || c == '_') { operand.to_owned() } else { format!("({operand})") }
 }
 
 fn said(character: char) -> Lookalike {
