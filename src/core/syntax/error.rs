@@ -178,17 +178,17 @@ Error SyntaxError {
         is_certain: bool,
         /// What may be missing instead: a comma, or the word of a second statement.
         separator: Option<&'static str>,
-        /// What to write if a unit is meant, where it may be.
-        unit: Option<String>,
+        /// What to write if it is no product, where it may be a unit or an uncertainty: `if a unit is meant, …`.
+        instead: Option<String>,
     } => {
         let shown = at(*span, "two factors without an operator between them");
-        let instead = separator.zip(fix.rsplit_once('*')).map(|(separator, (left, right))| match separator {
+        let separated = separator.zip(fix.rsplit_once('*')).map(|(separator, (left, right))| match separator {
             "," => format!("{left}, {right}"),
             word => format!("{word} {right} = …"),
         });
-        match (unit, instead) {
-            (Some(unit), _) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, {unit}")),
-            (None, Some(instead)) => shown.with_help(format!("write `{instead}`, or `{fix}` for a product")),
+        match (instead, separated) {
+            (Some(instead), _) => shown.with_help(format!("write `{fix}`, or, {instead}")),
+            (None, Some(separated)) => shown.with_help(format!("write `{separated}`, or `{fix}` for a product")),
             (None, None) if *is_certain => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
             (None, None) => shown.with_help(format!("write `{fix}`")),
         }

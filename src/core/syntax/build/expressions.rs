@@ -166,7 +166,7 @@ impl Builder {
                 text: "*".to_owned(),
                 is_certain: false,
                 separator: None,
-                unit: None,
+                instead: None,
                 span: Span::new(operand.span.start, at.start + 1),
             });
         }

@@ -174,7 +174,8 @@ impl Context<'_> {
             (text, _) => text.to_owned(),
         };
         let span = self.before.span().to(found.span());
-        let unit = self.with_unit(found);
+        let unit = || Some(format!("if a unit is meant, {}", self.with_unit(found)?));
+        let uncertain = self.uncertainty(found);
         // A line that is meant for itself is no factor.
         let statement = Span::new(self.word.start, self.end);
         let separator = fixes::separator_in(self.source, statement, span);
@@ -184,6 +185,12 @@ impl Context<'_> {
         let is_factor = whole.is_some() || !found.first_on_line;
         let fix = whole.as_ref().and_then(|(_, text)| fixes::short(text.clone()));
         let fix = fix.unwrap_or_else(|| format!("{left}*{right}"));
+        // With a power of ten, `1.66(5)e-27`, it is no product.
+        let (fix, instead) = match uncertain {
+            Some(own) if own.contains('e') => (own, None),
+            Some(own) => (fix, Some(format!("if the uncertainty of the last digits is meant, `{own}`"))),
+            None => (fix, unit()),
+        };
         let (place, text) = whole.unwrap_or_else(|| (Span::new(self.before.end, found.start), "*".to_owned()));
         // Between two spaces an operator may be missing, before a number that of a power, and nobody writes 0 or 1 times
         // something.
@@ -197,6 +204,6 @@ impl Context<'_> {
             && !is_called
             && separator.is_none()
             && fixes::are_factors(self.source, statement, place.to(found.span()));
-        SyntaxError::MissingMultiplication { fix, place, text, is_certain, separator, unit, span }
+        SyntaxError::MissingMultiplication { fix, place, text, is_certain, separator, instead, span }
     }
 }

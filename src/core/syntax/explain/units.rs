@@ -156,6 +156,26 @@ impl<'s> Context<'s> {
         self.with_unit_behind_name(&unit).map(|text| format!("`{text}`"))
     }
 
+    /// What to write for `9.81(2)` in the value of a parameter, where the digits in parentheses may be the uncertainty of the
+    /// last ones.
+    pub(super) fn uncertainty(&self, found: Token) -> Option<String> {
+        let (number, close) = (self.text(self.before), self.closing(found).filter(|_| found.glued)?);
+        let uncertain = self.argument(found).filter(|own| digits(own))?;
+        let is_value = self.statement == "param" && self.part == Part::Value && self.enclosures.is_empty();
+        if !is_value || self.before.kind != TokenKind::Number || number.contains(['e', 'E']) {
+            return None;
+        }
+        let places = number.split_once('.').map_or(0, |(_, behind)| behind.len());
+        let padded = format!("{uncertain:0>width$}", width = places + 1);
+        let (whole, behind) = padded.split_at(padded.len() - places);
+        // `1.66(5)e-27`
+        let rest = self.source.get(close.end as usize..self.end as usize)?;
+        let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && !matches!(c, '+' | '-')).unwrap_or(rest.len());
+        let power = rest.get(..end).filter(|own| own.starts_with('e') && own.ends_with(|c: char| c.is_ascii_digit()));
+        let [point, power] = [if places > 0 { "." } else { "" }, power.unwrap_or("")];
+        Some(format!("{number}{power} ± {whole}{point}{behind}{power}"))
+    }
+
     /// The number before a unit in SI, in an expression, where units have no place.
     fn in_si(&self, found: Token) -> Option<String> {
         // `30 cm*x`
