@@ -9,6 +9,10 @@ use crate::span::Span;
 use crate::syntax::FUNCTIONS;
 use crate::syntax::units::in_si;
 
+/// What units there are.
+const UNITS: &str = "the units are SI base and derived units with prefixes, deg, rev, rpm, min, h, d, u, eV, cal, angstrom, bar, \
+     atm, in, ft, lb and lbf";
+
 mistakes! {
 /// A mistake in what a model file says.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -447,7 +451,7 @@ Error ModelError {
         name: String,
         /// A unit that it may have been meant to be.
         nearest: Option<Meant>,
-    } => at(*span, "unknown unit").with_help(unit_elsewhere(name)).or_meant(*span, nearest.as_ref()),
+    } => at(*span, "unknown unit").with_help(unit_elsewhere(name).unwrap_or(UNITS)).or_meant(*span, nearest.as_ref()),
 
     /// A table or a row where a number is expected.
     #[error("`{name}` is a table, not a number")]
@@ -619,28 +623,14 @@ fn function_elsewhere(name: &str) -> Option<&'static str> {
 }
 
 /// What a unit that is written otherwise elsewhere is called here.
-fn unit_elsewhere(name: &str) -> &'static str {
-    match name.to_lowercase().as_str() {
-        "meter" | "meters" | "metre" | "metres" => "the metre is `m`",
-        "second" | "seconds" | "sec" => "the second is `s`",
-        "gram" | "grams" | "gramm" | "gr" => "the gram is `g`",
-        "kilogram" | "kilograms" | "kgs" => "the kilogram is `kg`",
-        "radian" | "radians" => "the radian is `rad`",
-        "degree" | "degrees" | "°" => "the degree is `deg`",
-        "newton" | "newtons" => "the newton is `N`",
-        "joule" | "joules" => "the joule is `J`",
-        "revolution" | "revolutions" | "turn" | "turns" => "the revolution is `rev`",
-        "inch" | "inches" => "the inch is `in`",
-        "foot" | "feet" => "the foot is `ft`",
+pub(super) fn unit_elsewhere(name: &str) -> Option<&'static str> {
+    Some(match name.to_lowercase().as_str() {
         "pound" | "pounds" | "lbs" | "lbm" => "the pound is `lb`, the pound-force `lbf`",
-        "calorie" | "calories" => "the calorie is `cal`, which is 4.184 J",
-        "minute" | "minutes" => "the minute is `min`",
-        "hour" | "hours" | "hr" => "the hour is `h`",
-        "amu" | "dalton" | "da" => "the atomic mass unit is `u`",
-        "ang" | "å" => "the angstrom is `angstrom`",
         "dimensionless" | "none" => "a quantity without a dimension has the unit `1`",
-        _ => {
-            "the units are SI base and derived units with prefixes, deg, rev, rpm, min, h, d, u, eV, cal, angstrom, bar, atm, in, ft, lb and lbf"
+        "grad" | "gon" | "gradian" | "gradians" => "the degree is `deg`, the radian `rad`; a gradian is 0.9 deg",
+        "degc" | "degf" | "°c" | "°f" | "celsius" | "fahrenheit" | "oc" | "of" => {
+            "a scale with a zero of its own is no unit: give the temperature in `K`"
         }
-    }
+        _ => return None,
+    })
 }

@@ -2,12 +2,13 @@
 //!
 //! What the dimensions say about the energies is the business of [`super::dimension`].
 
+use super::error::unit_elsewhere;
 use super::{Dimension, ModelError};
 use crate::diagnostic::{Meant, nearest};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::units::{UNITS, look_up, of_other_case, power, product};
+use crate::syntax::units::{UNITS, elsewhere, look_up, of_other_case, power, product};
 use crate::syntax::{File, UnitKind, UnitRef};
 
 /// The names of the units, without prefixes.
@@ -53,9 +54,18 @@ fn unknown(name: &str, span: Span) -> ModelError {
     let known = UNITS.iter().map(|known| known.name);
     // Prefixes are told apart by their case, and `n` may be short for anything.
     let same = of_other_case(name).map(|own| Meant { text: own.to_owned(), is_certain: name.len() > 1 });
-    let written = || power(name).or_else(|| product(name)).map(Meant::certain);
+    let written = || {
+        power(name)
+            .map(Meant::certain)
+            .or_else(|| product(name).map(|text| Meant { is_certain: !text.ends_with("*s"), text }))
+    };
+    let named = elsewhere(name).map(|own| Meant::guess(own.to_owned()));
     let near = || nearest(name, known).map(|own| Meant::guess(own.to_owned()));
-    ModelError::UnknownUnit { name: name.to_owned(), span, nearest: same.or_else(written).or_else(near) }
+    let nearest = match unit_elsewhere(name) {
+        Some(_) => None,
+        None => named.or(same).or_else(written).or_else(near),
+    };
+    ModelError::UnknownUnit { name: name.to_owned(), span, nearest }
 }
 
 /// The names in a unit, with their places and exponents.

@@ -128,12 +128,48 @@ pub(crate) fn power(name: &str) -> Option<String> {
     look_up(base).map(|_| format!("{base}^{exponent}"))
 }
 
+/// The units that are written together with another one behind them: most words can be split into units with some prefix.
+const BEFORE_OTHERS: [&str; 14] = ["N", "mN", "kN", "MN", "kg", "J", "Pa", "W", "kW", "MW", "A", "mA", "V", "C"];
+
 /// `Nm` in the language: `N*m`; what ends in s may be a plural.
 pub(crate) fn product(name: &str) -> Option<String> {
-    let parts = (1..name.len()).rev().filter_map(|at| Some((name.get(..at)?, name.get(at..)?)));
-    let is_known = |name: &str| name != "s" && look_up(name).is_some();
-    let mut known = parts.filter(|(left, right)| is_known(left) && is_known(right));
-    known.next().map(|(left, right)| format!("{left}*{right}"))
+    BEFORE_OTHERS.into_iter().find_map(|left| {
+        let right = name.strip_prefix(left).filter(|own| matches!(*own, "m" | "mm" | "cm" | "km" | "h" | "s"))?;
+        Some(format!("{left}*{right}"))
+    })
+}
+
+/// The unit by the name that a text or another program has for it, if it has one reading.
+pub(crate) fn elsewhere(name: &str) -> Option<&'static str> {
+    Some(match name.to_lowercase().as_str() {
+        "meter" | "meters" | "metre" | "metres" | "mtr" => "m",
+        "second" | "seconds" | "sec" | "secs" => "s",
+        "gram" | "grams" | "gramm" | "gr" | "gm" | "gms" => "g",
+        "kilogram" | "kilograms" | "kgs" => "kg",
+        "radian" | "radians" | "rads" => "rad",
+        "degree" | "degrees" | "degs" | "°" => "deg",
+        "newton" | "newtons" => "N",
+        "joule" | "joules" => "J",
+        "watt" | "watts" => "W",
+        "pascal" | "pascals" => "Pa",
+        "hertz" => "Hz",
+        "kelvin" | "kelvins" => "K",
+        "volt" | "volts" => "V",
+        "ampere" | "amperes" | "amp" | "amps" => "A",
+        "coulomb" | "coulombs" => "C",
+        "liter" | "liters" | "litre" | "litres" => "L",
+        "revolution" | "revolutions" | "turn" | "turns" => "rev",
+        "inch" | "inches" => "in",
+        "foot" | "feet" => "ft",
+        "calorie" | "calories" => "cal",
+        "minute" | "minutes" | "mins" => "min",
+        "hour" | "hours" | "hr" | "hrs" => "h",
+        "day" | "days" => "d",
+        "ton" | "tons" | "tonne" | "tonnes" => "t",
+        "amu" | "dalton" | "da" => "u",
+        "ang" | "å" => "angstrom",
+        _ => return None,
+    })
 }
 
 /// Whether a word is a unit or is meant as one: `kg`, and `Kg`, `s2`, `Nm`; one letter in another case may be anything.
