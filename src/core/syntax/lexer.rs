@@ -262,6 +262,9 @@ impl<'s> Lexer<'s> {
             b'/' => self.sign(TokenKind::Slash, 1),
             b'^' => self.sign(TokenKind::Caret, 1),
             b'\\' if next.is_ascii_alphabetic() => self.command(),
+            // A thin space of TeX, and what stands below each other.
+            b'\\' if matches!(next, b',' | b';' | b':' | b'!') => self.sign(TokenKind::Illegal, 2),
+            b'&' if next == b'=' => self.sign(TokenKind::Illegal, 2),
             b'{' => match self.group() {
                 Some(length) => self.sign(TokenKind::Illegal, length),
                 None => self.illegal('{'),

@@ -27,6 +27,10 @@ pub(super) fn advice(run: &str) -> Lookalike {
         "<>" => return Lookalike::Write("!=".to_owned()),
         "=<" => return Lookalike::Write("<=".to_owned()),
         "=>" => return Lookalike::Write(">=".to_owned()),
+        "\\," | "\\;" | "\\:" | "\\!" => {
+            return Lookalike::Say("leave it out: blanks mean nothing; a product is written `a*b`");
+        }
+        "&=" => return Lookalike::Say("leave the `&` out: it sets equations below each other in TeX"),
         "||" => return Lookalike::Write("or".to_owned()),
         _ => {}
     }
@@ -103,9 +107,16 @@ fn typeset(command: &str) -> Lookalike {
         None => (command, None),
     };
     let function = || function_meant(word);
+    // Of TeX's own commands none has a digit in its name.
+    let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
+    let is_short = matches!(stem, "frac" | "tfrac" | "dfrac" | "sqrt");
+    let digits: Vec<char> = word.chars().skip(stem.len()).filter(|_| is_short).collect();
+    let word = if is_short { stem } else { word };
     let plain = match (word, group.as_deref()) {
-        ("sum" | "sum_", _) => return Lookalike::Say("write `sum(i in 1..n, …)`"),
-        ("int" | "int_", _) => return Lookalike::Say("write `integral(x in a..b, …)`"),
+        (word, _) if word == "sum" || word.starts_with("sum_") => return Lookalike::Say("write `sum(i in 1..n, …)`"),
+        (word, _) if word == "int" || word.starts_with("int_") => {
+            return Lookalike::Say("write `integral(x in a..b, …)`");
+        }
         (word, Some(index)) if word.ends_with('_') && index != "…" => {
             return Lookalike::Write(format!("{word}{index}"));
         }
@@ -115,13 +126,26 @@ fn typeset(command: &str) -> Lookalike {
         ("vec" | "hat" | "bar" | "tilde" | "mathbf" | "boldsymbol" | "bm", _) => {
             return Lookalike::Say("names have no accents and no type: write `r`, or `r_hat` where both occur");
         }
-        ("frac" | "tfrac" | "dfrac", _) => return Lookalike::Say("write a fraction as `a/b`"),
+        // `\frac12`, `\sqrt2`
+        ("frac" | "tfrac" | "dfrac", _) => match *digits {
+            [above, below] => return Lookalike::Write(format!("({above}/{below})")),
+            _ => return Lookalike::Say("write a fraction as `a/b`"),
+        },
+        ("sqrt", None) => match *digits {
+            [only] => return Lookalike::Write(format!("sqrt({only})")),
+            _ => return Lookalike::Say("write `sqrt(x)`, and other roots as powers: `x^(1/3)`"),
+        },
         ("max" | "min", _) => {
             return Lookalike::Say(
                 "write the larger of two as `(a + b + abs(a - b))/2`, the smaller with `- abs(a - b)`",
             );
         }
-        ("left" | "right" | "big" | "Big" | "quad" | "qquad", _) => return Lookalike::Say("leave it out"),
+        ("prime", _) => return Lookalike::Say("write the time derivative after the name: `x'`"),
+        ("lvert" | "rvert" | "vert" | "lVert" | "rVert" | "Vert", _) => return said('|'),
+        ("left" | "right" | "quad" | "qquad", _) => return Lookalike::Say("leave it out"),
+        (word, None) if matches!(word.to_lowercase().trim_end_matches(['l', 'r', 'm']), "big" | "bigg") => {
+            return Lookalike::Say("leave it out");
+        }
         ("cdot" | "times", _) => "*",
         ("div", _) => "/",
         ("pm", _) => "+/-",

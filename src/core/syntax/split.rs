@@ -273,7 +273,8 @@ impl<'s> Splitter<'s> {
                 let before = self.source.get(..span.range().start).and_then(|before| before.chars().next_back());
                 let is_glued = matches!(text, "√" | "½" | "⅓" | "¼" | "¾")
                     && before.is_some_and(|c| c.is_alphanumeric() || c == '_');
-                let (fix, hint) = match lookalike::advice(text) {
+                let read = if text == "&" && rest.trim_start().starts_with('=') { "&=" } else { text };
+                let (fix, hint) = match lookalike::advice(read) {
                     _ if text == "√" && open => (Some("sqrt".to_owned()), None),
                     _ if text == "∑" && is_sum => (Some("sum".to_owned()), None),
                     Lookalike::Write(fix) => (Some(fix), None),
