@@ -111,6 +111,8 @@ impl<'a> Compiler<'a> {
         }
         // Suggestions are for people, who neither make nor read hundreds of such mistakes.
         let few = later.is_none() && self.errors.len() < 50 && self.world.names.len() < 10_000;
+        let by_place = if few { self.twin(name) } else { None };
+        let few = few && by_place.is_none();
         let nearest = if few { self.meant(name, indices, scope) } else { None };
         // What moves is a coordinate of its own, unless it is one in another notation.
         let is_own = nearest.as_ref().is_none_or(|own| !own.is_certain && !own.text.ends_with('\''));
@@ -120,7 +122,7 @@ impl<'a> Compiler<'a> {
         if coordinate.is_some() && self.errors.iter().any(again) {
             return;
         }
-        let (name, by_place) = (name.to_owned(), None);
+        let name = name.to_owned();
         self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, by_place });
     }
 

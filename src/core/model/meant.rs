@@ -9,7 +9,7 @@ use crate::diagnostic::{Meant, factors_in};
 use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{
-    ExprKind, ExprRef, FUNCTIONS, GREEK, IndexKind, Member, Name, function_meant, is_derivative, print_expr,
+    ExprKind, ExprRef, FUNCTIONS, GREEK, IndexKind, Member, Name, function_meant, is_derivative, latin, print_expr,
 };
 
 /// What stands for the time derivative of a coordinate, whose name is the `*`.
@@ -116,6 +116,18 @@ impl Compiler<'_> {
             .or_else(|| self.index_of_none(name, scope).filter(|_| indices.is_empty()).map(Meant::guess))
             .or_else(|| self.product(name).filter(|_| indices.is_empty()).map(Meant::guess))
             .or_else(near)
+    }
+
+    /// What to do where a name is declared that looks like this one and has a letter of another script.
+    pub(super) fn twin(&self, name: &str) -> Option<Box<(&'static str, String)>> {
+        let looks = |text: &str| text.chars().map(|own| latin(own).unwrap_or(own)).collect::<String>();
+        let own = self.world.names.keys().filter(|own| *own != name && looks(own) == looks(name)).min()?;
+        let (there, here) = own.chars().zip(name.chars()).find(|(there, here)| there != here)?;
+        let [there, here] = [there, here].map(|letter| format!("`{letter}` (U+{:04X})", u32::from(letter)));
+        let help = format!(
+            "`{own}` is declared, which looks the same but has {there} for {here}: write one letter in both places"
+        );
+        Some(Box::new(("unknown name", help)))
     }
 
     /// `x_i` for `x[i]` where `i` is an index.

@@ -100,6 +100,14 @@ pub(super) fn composed(letter: char) -> Option<char> {
     })
 }
 
+/// The Latin letter that a Cyrillic or Greek one looks like.
+#[cfg_attr(not(feature = "engine"), allow(dead_code, reason = "the model's names are compared"))]
+pub(crate) fn latin(letter: char) -> Option<char> {
+    let alike =
+        "аеорсухіјѕһАВЕКМНОРСТУХІЈЅονΑΒΕΖΗΙΚΜΝΟΡΤΥΧ".chars().zip("aeopcyxijshABEKMHOPCTYXIJSovABEZHIKMNOPTYX".chars());
+    alike.into_iter().find(|(own, _)| *own == letter).map(|(_, latin)| latin)
+}
+
 /// What to write for a command of TeX, given without its backslash.
 fn typeset(command: &str) -> Lookalike {
     let (word, group) = match command.split_once('{') {

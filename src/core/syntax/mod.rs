@@ -36,6 +36,8 @@ pub use ast::{
 pub use error::SyntaxError;
 #[cfg(feature = "format")]
 pub use format::format;
+#[cfg(feature = "engine")]
+pub(crate) use lookalike::latin;
 pub use names::{NameKind, NamePlace, names};
 #[cfg(feature = "engine")]
 pub(crate) use print::print_indices;
