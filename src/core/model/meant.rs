@@ -231,6 +231,10 @@ impl Compiler<'_> {
         }
     }
 
+    fn is_moving(&self, name: &str) -> bool {
+        matches!(self.entity(name), Some(Entity::Coordinate(_)))
+    }
+
     fn is_time(&self, at: ExprRef) -> bool {
         matches!(&self.file.expr(at).kind, ExprKind::Name(name) if *name == "t")
     }
@@ -259,10 +263,27 @@ impl Compiler<'_> {
                 return None;
             }
             let [over, under] = [above, below].map(|own| self.file.expr(own.value()));
+            let span = over.span.to(under.span);
+            if let ExprKind::Name(name) = over.kind
+                && free(name)
+                && matches!(print_expr(self.file, below.value()).as_str(), "dt^2" | "dt2" if free("dt") && free("dt2"))
+            {
+                let acceleration = name.strip_prefix("d2").filter(|own| self.is_moving(own));
+                let of = acceleration.or_else(|| name.strip_prefix('d').filter(|own| self.is_moving(own)))?;
+                let square = if acceleration.is_none() {
+                    format!("the square of the velocity is `{of}'^2`, ")
+                } else {
+                    String::new()
+                };
+                let mut error = ModelError::undeclared(name, None, span);
+                if let ModelError::UndeclaredName { by_place, .. } = &mut error {
+                    *by_place = Some(Box::new(("a time derivative", format!("{square}the acceleration is `{of}''`"))));
+                }
+                return Some((at, error));
+            }
             let fix = match (&over.kind, &under.kind) {
                 (ExprKind::Name(name), ExprKind::Name("dt")) if free("dt") && free(name) => {
-                    let of = name.strip_prefix('d')?;
-                    matches!(self.entity(of), Some(Entity::Coordinate(_))).then(|| format!("{of}'"))
+                    name.strip_prefix('d').filter(|own| self.is_moving(own)).map(|of| format!("{of}'"))
                 }
                 (ExprKind::Call { function, arguments }, ExprKind::Name("dt")) if free("dt") => {
                     self.derivative_meant(&function.text, arguments).filter(|_| function.text.as_str() == "d")
@@ -272,7 +293,7 @@ impl Compiler<'_> {
                 }
                 _ => None,
             }?;
-            Some((at, ModelError::ForeignDerivative { fix, span: over.span.to(under.span) }))
+            Some((at, ModelError::ForeignDerivative { fix, span }))
         })
     }
 

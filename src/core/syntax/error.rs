@@ -2,6 +2,7 @@
 //!
 //! One entry a kind of mistake, each with its place.
 
+use super::units::look_up;
 use super::words::is_control;
 use crate::diagnostic::{Diagnostic, at, nowhere};
 use crate::mistakes;
@@ -393,7 +394,10 @@ Error SyntaxError {
         left: String,
         /// The second name.
         right: String,
-    } => at(*span, "two names without a comma").with_help(format!("write `{left}, {right}`")),
+    } => at(*span, "two names without a comma").with_help(match look_up(right) {
+        Some(_) => format!("write `{left} : {right}` for a unit, `{left}, {right}` for two names"),
+        None => format!("write `{left}, {right}`"),
+    }),
 
     /// `=` inside a condition.
     #[error("a comparison is written `==`")]

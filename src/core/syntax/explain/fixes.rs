@@ -445,6 +445,22 @@ impl Context<'_> {
         Some(factors.join("*"))
     }
 
+    /// What to write for `g/2l`, of which `g/2*l` is one reading, if the number at the place divides and `l` with it.
+    pub(super) fn below_the_bar(&self, found: Token, product: &str) -> Option<String> {
+        let is_bar = self.before.kind == TokenKind::Number
+            && self.before_last.is_some_and(|last| last.kind == TokenKind::Slash)
+            && is_below_a_bar(self.source, Span::new(self.chain?, found.end));
+        let (number, name) = (self.text(self.before), self.text(found));
+        let (left, right) = product.split_once(&format!("/{number}*{name}"))?;
+        let is_whole = found.kind == TokenKind::Word && !right.starts_with(['^', '\'', '(', '[', '.']);
+        let all = if is_whole {
+            format!("`{left}/({number}*{name}){right}`")
+        } else {
+            "put parentheses around that".to_owned()
+        };
+        is_bar.then(|| format!("if more is below the bar, {all}"))
+    }
+
     /// The product that ends before the place: `1/2` before the `x` of `1/2 x`.
     pub(super) fn product_before(&self) -> Option<String> {
         compact(self.source, Span::new(self.chain?, self.before.end))

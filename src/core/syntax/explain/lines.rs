@@ -100,6 +100,7 @@ fn foreign_comment(source: &str, before: Option<Token>, token: Token, complete: 
             (!is_whole).then_some("write `#` before each line of it, and what follows on a line of its own")
         }
         _ if token.first_on_line && complete || is_text => None,
+        ("//", _) => Some("write `#`; a quotient without its remainder is written `floor(a/b)`, in ranges and indices"),
         _ => Some("write `#`; a remainder is written `mod(a, b)`"),
     };
     let span = Span::new(token.start, token.start + mark.len() as u32);

@@ -189,7 +189,10 @@ impl Context<'_> {
         let (fix, instead) = match uncertain {
             Some(own) if own.contains('e') => (own, None),
             Some(own) => (fix, Some(format!("if the uncertainty of the last digits is meant, `{own}`"))),
-            None => (fix, unit()),
+            None => {
+                let instead = unit().or_else(|| self.below_the_bar(found, &fix));
+                (fix, instead)
+            }
         };
         let (place, text) = whole.unwrap_or_else(|| (Span::new(self.before.end, found.start), "*".to_owned()));
         // Between two spaces an operator may be missing, before a number that of a power, and nobody writes 0 or 1 times
