@@ -523,7 +523,9 @@ impl World {
         let [base, exponent] = operands else { return Ok(Value::Vector(Vec::new())) };
         if matches!(base, Value::Vector(_)) {
             let help = match base.scalars().len() {
-                1 => "a family of three members is declared by a range: `x[1..3]`",
+                1 => {
+                    "a family of three members is declared by a range: `x[1..3]`; a unit stands behind a colon: `coord x : m`"
+                }
                 _ => "the square of a vector is `dot(v, v)`",
             };
             return Err(shape((format!("{} has no power", base.describe()), Some(help.to_owned())), span));
