@@ -10,8 +10,8 @@ use crate::syntax::FUNCTIONS;
 use crate::syntax::units::in_si;
 
 /// What units there are.
-const UNITS: &str = "the units are SI base and derived units with prefixes, deg, rev, rpm, min, h, d, u, eV, cal, angstrom, bar, \
-     atm, in, ft, lb and lbf";
+const UNITS: &str = "the units are SI base and derived units with prefixes, deg, rev, rpm, min, h, d, u, eV, cal, \
+     angstrom, bar, atm, in, ft, lb and lbf";
 
 mistakes! {
 /// A mistake in what a model file says.

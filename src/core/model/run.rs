@@ -524,7 +524,8 @@ impl World {
         if matches!(base, Value::Vector(_)) {
             let help = match base.scalars().len() {
                 1 => {
-                    "a family of three members is declared by a range: `x[1..3]`; a unit stands behind a colon: `coord x : m`"
+                    "a family of three members is declared by a range: `x[1..3]`; \
+                     a unit stands behind a colon: `coord x : m`"
                 }
                 _ => "the square of a vector is `dot(v, v)`",
             };

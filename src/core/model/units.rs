@@ -52,8 +52,9 @@ pub(super) fn exponents(name: &str) -> Option<[i8; 7]> {
 
 fn unknown(name: &str, span: Span) -> ModelError {
     let known = UNITS.iter().map(|known| known.name);
-    // Prefixes are told apart by their case, and `n` may be short for anything.
-    let same = of_other_case(name).map(|own| Meant { text: own.to_owned(), is_certain: name.len() > 1 });
+    // Prefixes are told apart by their case, `n` may be short for anything, and `Cm` for `C*m`.
+    let same = of_other_case(name)
+        .map(|own| Meant { text: own.to_owned(), is_certain: name.len() > 1 && product(name).is_none() });
     let written = || {
         power(name)
             .map(Meant::certain)

@@ -128,13 +128,13 @@ pub(crate) fn power(name: &str) -> Option<String> {
     look_up(base).map(|_| format!("{base}^{exponent}"))
 }
 
-/// The units that are written together with another one behind them: most words can be split into units with some prefix.
+/// The units that are written together with another one behind them: many words can be split into some units.
 const BEFORE_OTHERS: [&str; 14] = ["N", "mN", "kN", "MN", "kg", "J", "Pa", "W", "kW", "MW", "A", "mA", "V", "C"];
 
 /// `Nm` in the language: `N*m`; what ends in s may be a plural.
 pub(crate) fn product(name: &str) -> Option<String> {
     BEFORE_OTHERS.into_iter().find_map(|left| {
-        let right = name.strip_prefix(left).filter(|own| matches!(*own, "m" | "mm" | "cm" | "km" | "h" | "s"))?;
+        let right = name.strip_prefix(left).filter(|own| matches!(*own, "m" | "mm" | "cm" | "km" | "h" | "s" | "A"))?;
         Some(format!("{left}*{right}"))
     })
 }

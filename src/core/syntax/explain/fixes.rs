@@ -75,8 +75,8 @@ fn is_index(source: &str, statement: Span, name: &str) -> bool {
 }
 
 /// Whether all that stands at a place in a statement are factors: names that are declared, indices of the statement, or the
-/// language's own words as it has them. What may be called with the time, `x (t)`, belong below a bar, `x/2 l`, or be an
-/// uncertainty, `9.81(2)`, is not sure.
+/// language's own words as it has them. What may be called with the time, `x (t)`, belong below a bar, `x/2 l`, or
+/// be an uncertainty, `9.81(2)`, is not sure.
 pub(in super::super) fn are_factors(source: &str, statement: Span, place: Span) -> bool {
     let words: Vec<&str> = Lexer::new(source, statement).map(|own| own.text(source)).collect();
     let is_index = |name: &str| is_index(source, statement, name);

@@ -156,8 +156,8 @@ impl<'s> Context<'s> {
         self.with_unit_behind_name(&unit).map(|text| format!("`{text}`"))
     }
 
-    /// What to write for `9.81(2)` in the value of a parameter, where the digits in parentheses may be the uncertainty of the
-    /// last ones.
+    /// What to write for `9.81(2)` in the value of a parameter, where the digits in parentheses may be the
+    /// uncertainty of the last ones.
     pub(super) fn uncertainty(&self, found: Token) -> Option<String> {
         let (number, close) = (self.text(self.before), self.closing(found).filter(|_| found.glued)?);
         let uncertain = self.argument(found).filter(|own| digits(own))?;
