@@ -158,8 +158,8 @@ pub mod expr {
 #[cfg(feature = "engine")]
 pub mod model {
     pub use librate_core::model::{
-        Constant, Dimension, Model, ModelError, Range, Settings, TableTexts, constants, coordinate_count, dimensions,
-        elaborate, mistakes, parse, unit_dimension, unit_names, units_with_prefixes,
+        Constant, Dimension, Model, ModelError, Parameter, Range, Settings, TableTexts, constants, coordinate_count,
+        dimensions, elaborate, mistakes, parse, unit_dimension, unit_names, units_with_prefixes,
     };
 }
 

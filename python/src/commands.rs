@@ -7,9 +7,8 @@ use librate::diagnostic::Diagnostic;
 use librate::equilibria::{self, Region};
 use librate::grid::Nodes;
 use librate::linearize::{self, Linearized};
-use librate::model::{self, Range};
+use librate::model::{self, Constant, Range};
 use librate::modes::Options;
-use librate::number::Number;
 use librate::oscillation::{self, NormalModes};
 use librate::report::{self, FrequencyUnit, Language, Shown as ShownPage, Style};
 use librate::{amplitude, code, figure, inertia, sensitivity};
@@ -251,9 +250,13 @@ impl DeriveArgs {
     fn check(&self, model: &model::Model) -> Result<(), Failure> {
         let names = self.limit.iter().map(|(name, _)| name).chain(self.expand.as_ref().map(|(name, _)| name));
         for name in names {
-            if model.parameters.iter().all(|own| own.name != *name) {
-                let help = "`limit` and `expand` are about parameters of the model";
-                return Err(Failure::request(format!("there is no parameter `{name}`"), help));
+            let found = model.parameters.iter().find(|own| own.name == *name);
+            if !found.is_some_and(|own| own.is_symbol(&model.pool)) {
+                let what = match found {
+                    Some(_) => format!("`{name}` is not in the formulas: what it is defined as is written out there"),
+                    None => format!("there is no parameter `{name}`"),
+                };
+                return Err(Failure::request(what, "`limit` and `expand` are about parameters of the model"));
             }
         }
         for chapter in self.only.iter().flatten() {
@@ -277,13 +280,10 @@ pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyR
         let parts = Parts::all().cubic(args.cubic).quartic(args.quartic).numbers(args.limit.is_empty());
         let mut derivation = derive::derive(&model, &parts)?;
         for (name, value) in &args.limit {
-            let number = match value.strip_prefix('-') {
-                Some(rest) => Number::parse(rest.trim()).map(|number| number.neg()),
-                None => Number::parse(value),
-            };
-            let number =
-                number.ok_or_else(|| Failure::request(format!("`{value}` is not a number"), "`limit={'k': 0}`"))?;
-            derivation.limit(name, &number);
+            let Some(parameter) = model.parameters.iter().find(|own| own.name == *name) else { continue };
+            let number = Constant::of_parameter(value, parameter, &model.pool)
+                .map_err(|_| Failure::request(format!("`{value}` is not a number"), "`limit={'k': 0}`"))?;
+            derivation.limit(name, number);
         }
         if let Some((name, order)) = &args.expand {
             derivation.expand(name, *order);

@@ -33,8 +33,7 @@ use clap::CommandFactory;
 use clap_complete::Shell;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::{self, Constant, Model, Range, Settings, TableTexts};
-use librate::number::Number;
+use librate::model::{self, Constant, Model, Parameter, Range, Settings, TableTexts};
 use librate::report::{self, Style};
 use librate::{Error, Source as Made, amplitude, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
 
@@ -333,8 +332,8 @@ fn amplitude_text(args: &args::Amplitude) -> Result<Answer, Failure> {
 fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     let loaded = load(&args.model, Size::Any)?;
     let known: Vec<&str> = loaded.model.parameters.iter().map(|p| p.name.as_str()).collect();
-    let limits = args.limits.iter().map(|text| limit(text, &known));
-    let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
+    let limits = args.limits.iter().map(|text| limit(text, &known, &loaded.model));
+    let limits: Vec<(String, Constant)> = limits.collect::<Result<_, _>>()?;
     if let Some((name, _)) =
         limits.iter().enumerate().find_map(|(at, own)| limits[..at].iter().find(|other| other.0 == own.0))
     {
@@ -344,7 +343,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         ));
     }
     let expansion = match args.expand.as_slice() {
-        [name, power] => Some(expansion(name, power, &known)?),
+        [name, power] => Some(expansion(name, power, &known, &loaded.model)?),
         _ => None,
     };
     let parts = args.only.as_ref().map_or_else(|| Parts::all().numbers(true), |only| Parts::of(only));
@@ -366,7 +365,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
                 refused = Some((name.clone(), e));
                 return Ok(String::new());
             }
-            derivation.limit(name, value);
+            derivation.limit(name, value.clone());
         }
         if let Some((name, order)) = &expansion {
             derivation.expand(name, *order);
@@ -443,26 +442,32 @@ fn no_parameter(name: &str, known: &[&str], otherwise: &str) -> Failure {
     Failure::Other { message: format!("there is no parameter `{name}`"), help: Some(help), status: FAULT }
 }
 
-/// `k=0` of `--limit`.
-fn limit(text: &str, known: &[&str]) -> Result<(String, Number), Failure> {
-    let help = "a parameter and a fraction are needed: `--limit k=0`, `--limit k=1/2`";
+/// `k=0` of `--limit`, with the value in SI.
+fn limit(text: &str, known: &[&str], model: &Model) -> Result<(String, Constant), Failure> {
+    let help = "a parameter and a number are needed: `--limit k=0`, `--limit k=pi/2`";
     let wrong = || wrong_request(format!("`{text}` is not a limit"), help);
     let (name, value) = text.split_once('=').ok_or_else(wrong)?;
-    let name = name.trim();
-    if !known.contains(&name) {
-        return Err(no_parameter(name, known, help));
+    let parameter = symbol(name.trim(), known, help, model)?;
+    let own = Constant::of_parameter(value, parameter, &model.pool);
+    let own = own.map_err(|reason| wrong_request(format!("can't read `{value}`: {reason}"), help))?;
+    Ok((parameter.name.clone(), own))
+}
+
+/// A parameter that formulas are made of.
+fn symbol<'a>(name: &str, known: &[&str], help: &str, model: &'a Model) -> Result<&'a Parameter, Failure> {
+    let found = model.parameters.iter().find(|own| own.name == name);
+    let found = found.ok_or_else(|| no_parameter(name, known, help))?;
+    if found.is_symbol(&model.pool) {
+        return Ok(found);
     }
-    let value = constant(value, help)?;
-    let number = value.pool().as_number(value.value()).cloned();
-    Ok((name.to_owned(), number.ok_or_else(wrong)?))
+    let what = format!("`{name}` is not in the formulas: what it is defined as is written out there");
+    Err(wrong_request(what, "limits and series are those of parameters that are given as numbers and set no ranges"))
 }
 
 /// `k 2` of `--expand`.
-fn expansion(name: &str, power: &str, known: &[&str]) -> Result<(String, u32), Failure> {
+fn expansion(name: &str, power: &str, known: &[&str], model: &Model) -> Result<(String, u32), Failure> {
     let help = "a parameter and the highest power are needed: `--expand k 2`";
-    if !known.contains(&name) {
-        return Err(no_parameter(name, known, help));
-    }
+    symbol(name, known, help, model)?;
     match power.parse() {
         Ok(power) => Ok((name.to_owned(), power)),
         Err(_) => Err(wrong_request(format!("`{power}` is not a power"), help)),

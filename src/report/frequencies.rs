@@ -158,7 +158,9 @@ pub(super) fn signs(derivation: &Derivation, signs: &[(ExprId, bool)]) -> Vec<St
 /// `, for k -> 0` and `, to order 2 in k`.
 pub(super) fn approximations(done: &[Approximation]) -> Words {
     let texts = done.iter().map(|done| match done {
-        Approximation::Limit { name, value } => format!(", for `{name}` -> {value}"),
+        Approximation::Limit { name, value } => {
+            format!(", for `{name}` -> `{}`", value.pool().display(value.value()))
+        }
         Approximation::Expansion { name, order } => format!(", to order {order} in `{name}`"),
     });
     texts.collect()

@@ -24,6 +24,7 @@ mod guide;
 mod inertia;
 mod inertia_meshes;
 mod layers;
+mod limits;
 mod lsp;
 mod mistakes;
 mod pictures;

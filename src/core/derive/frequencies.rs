@@ -19,8 +19,7 @@ use super::ties::Ties;
 use super::waves::{NormalWaves, normal_waves};
 use crate::expr::{ExprId, Pool};
 use crate::linearize::Invariance;
-use crate::model::{Model, Parameter};
-use crate::number::Number;
+use crate::model::{Constant, Model, Parameter};
 use crate::order::Gather;
 use crate::precision::Ball;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
@@ -75,14 +74,14 @@ impl Case {
 }
 
 /// What has been done to closed forms.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub enum Approximation {
     /// A parameter went to a value.
     Limit {
         /// The parameter.
         name: String,
-        /// The value.
-        value: Number,
+        /// The value, in SI.
+        value: Constant,
     },
     /// They were expanded in powers of a parameter.
     Expansion {

@@ -24,7 +24,7 @@ impl Approximation {
     fn of(&self, pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol) -> ExprId {
         match self {
             Self::Limit { value, .. } => {
-                let value = pool.number(value.clone());
+                let value = pool.adopted(value.pool(), value.value());
                 pool.substitute_one(e, &Substitution::from([(symbol, value)]))
             }
             Self::Expansion { order, .. } => series(pool, e, symbol, *order),
@@ -105,6 +105,7 @@ impl Frequencies {
         pool: &mut Algebra<'_>,
         done: &Approximation,
         characteristic: Option<&[ExprId]>,
+        values: &[(Symbol, f64)],
     ) {
         // Where all is known without equalities, one that the parameter would have to drag along says nothing of this limit.
         let drags = |tied: &Case| tied.ties.iter().flatten().any(|own| own == done.name());
@@ -134,7 +135,7 @@ impl Frequencies {
                 };
                 let plain = case.frequencies.iter().all(|own| own.symmetry.is_none());
                 let before = case.known();
-                transform_case(pool, case, |pool, e| done.of(pool, e, symbol));
+                transform_case(pool, case, values, |pool, e| done.of(pool, e, symbol));
                 let is_short = case.known() < before;
                 let is_series = matches!(done, Approximation::Expansion { .. });
                 let found = characteristic.filter(|_| is_short || is_series && plain);
@@ -143,6 +144,7 @@ impl Frequencies {
                     finite(pool, done, &all, symbol)
                 });
                 if let Some(found) = found
+                    && found.iter().all(|own| !divides_by_zero(pool, &[own.omega_squared], values))
                     && (is_short || found.len() == before && cost(pool, &found) < cost(pool, &case.frequencies))
                 {
                     case.frequencies = found;
@@ -153,23 +155,33 @@ impl Frequencies {
     }
 }
 
+/// Whether a polynomial is one in the square.
+fn is_even(characteristic: &[ExprId]) -> bool {
+    characteristic.iter().skip(1).step_by(2).all(|odd| odd.is_zero())
+}
+
 impl Exponents {
     /// Those that belong to limits of frequencies.
     pub(super) fn of_limit(self, pool: &mut Algebra<'_>, case: &Case, done: &Approximation) -> Self {
         let Self { values, mut approximations, .. } = self;
         approximations.push(done.clone());
         let mut own = Self { complete: case.complete, values, approximations, ..Self::default() };
+        own.add_squares(pool, &case.frequencies);
+        own
+    }
+
+    /// Adds the pairs of some frequencies.
+    fn add_squares(&mut self, pool: &mut Algebra<'_>, frequencies: &[Frequency]) {
         let zero = pool.zero();
-        for Frequency { omega_squared, multiplicity, .. } in &case.frequencies {
-            let grows = sign_at(pool, *omega_squared, &own.values) == Some(true);
+        for Frequency { omega_squared, multiplicity, .. } in frequencies {
+            let grows = sign_at(pool, *omega_squared, &self.values) == Some(true);
             let square = if grows { pool.neg(*omega_squared) } else { *omega_squared };
             let (size, _) = root(pool, square);
             for x in [size, pool.neg(size)] {
                 let [real, imaginary] = if grows { [x, zero] } else { [zero, x] };
-                own.add(ClosedExponent { real, imaginary, multiplicity: *multiplicity, damping_ratio: None });
+                self.add(ClosedExponent { real, imaginary, multiplicity: *multiplicity, damping_ratio: None });
             }
         }
-        own
     }
 
     /// The same of the exponents; what else is known of the whole model is left out then.
@@ -189,7 +201,26 @@ impl Exponents {
                 }
                 own.damping_ratio = None;
             }
-            self.exponents.retain(|own| ![own.real, own.imaginary].into_iter().any(|part| pool.is_undefined(part)));
+            let values = self.values.clone();
+            let holds = |pool: &Algebra<'_>, own: &ClosedExponent| {
+                let parts = [own.real, own.imaginary];
+                !parts.iter().any(|part| pool.is_undefined(*part)) && !divides_by_zero(pool, &parts, &values)
+            };
+            self.exponents.retain(|own| holds(pool, own));
+            let known = |all: &[ClosedExponent]| all.iter().map(|own| own.multiplicity).sum::<usize>();
+            if !is_series
+                && undamped
+                && known(&self.exponents) < count
+                && let Some(all) = self.characteristic.as_ref().filter(|all| is_even(all))
+                && let Some(found) = finite(pool, done, all, symbol)
+            {
+                let mut own = Self { values: values.clone(), ..Self::default() };
+                own.add_squares(pool, &found);
+                own.exponents.retain(|own| holds(pool, own));
+                if known(&own.exponents) > known(&self.exponents) {
+                    self.exponents = own.exponents;
+                }
+            }
             let imaginary: Vec<ExprId> = self.exponents.iter().map(|own| own.imaginary).collect();
             if undamped && let Some(drawn) = drawn(pool, &imaginary) {
                 let each = self.exponents.iter_mut().zip(drawn);
@@ -200,18 +231,21 @@ impl Exponents {
                 let is_open = |pool: &Algebra<'_>, own: &ClosedExponent| {
                     magnitudes_in(pool, &[own.real, own.imaginary]).iter().any(|own| !magnitudes.contains(own))
                 };
-                let lost = count - self.exponents.iter().map(|own| own.multiplicity).sum::<usize>();
+                let lost = count - known(&self.exponents);
                 if lost > 0 || self.exponents.iter().any(|own| is_open(pool, own)) {
-                    match self.series(pool, done, symbol).filter(|series| undamped && series.len() == count) {
+                    let series = self.series(pool, done, symbol).filter(|series| undamped && series.len() == count);
+                    match series.filter(|all| all.iter().all(|own| holds(pool, own))) {
                         Some(series) => self.exponents = series,
                         None => self.exponents.retain(|own| !is_open(pool, own)),
                     }
                 }
             }
             let all = std::mem::take(&mut self.exponents).into_iter();
-            self.exponents = all.map(|own| own.drawn(pool, &self.values)).collect();
-            self.complete &= self.exponents.iter().map(|own| own.multiplicity).sum::<usize>() == count;
-            self.merge(pool);
+            // A series has the sign of its leading term.
+            let near = beside_zero(&self.values, symbol);
+            self.exponents = all.map(|own| own.drawn(pool, &near)).collect();
+            self.complete &= known(&self.exponents) == count;
+            self.merge(pool, &near);
         }
         self.characteristic = None;
         (self.stability, self.stability_exact) = (None, None);
@@ -222,7 +256,7 @@ impl Exponents {
     fn series(&self, pool: &mut Algebra<'_>, done: &Approximation, symbol: Symbol) -> Option<Vec<ClosedExponent>> {
         let characteristic = self.characteristic.as_ref()?;
         let Approximation::Expansion { name, order } = done else { return None };
-        if characteristic.iter().skip(1).step_by(2).any(|odd| !odd.is_zero()) {
+        if !is_even(characteristic) {
             return None;
         }
         // The root of a zero that begins with the power v is known to v/2 powers fewer.
@@ -245,7 +279,7 @@ impl Exponents {
     }
 
     /// Makes equal exponents one, and puts the one of a pair first that has no minus sign.
-    fn merge(&mut self, pool: &mut Algebra<'_>) {
+    fn merge(&mut self, pool: &mut Algebra<'_>, values: &[(Symbol, f64)]) {
         std::mem::take(&mut self.exponents).into_iter().for_each(|own| self.add(own));
         let merged = &mut self.exponents;
         for at in 0..merged.len() {
@@ -253,7 +287,7 @@ impl Exponents {
             let opposite = pool.neg(imaginary);
             let other = merged[at..].iter().position(|own| (own.real, own.imaginary) == (real, opposite));
             let mut is_negative = || {
-                let there = sign_at(pool, imaginary, &self.values);
+                let there = sign_at(pool, imaginary, values);
                 there.unwrap_or_else(|| pool.split_content(imaginary).0.is_negative())
             };
             if let Some(other) = other.filter(|_| is_negative()) {
@@ -320,6 +354,24 @@ fn root_of_series(pool: &mut Algebra<'_>, square: ExprId, symbol: Symbol, order:
     Some(pool.mul(front, root))
 }
 
+/// The values of the parameters, of which one is a million times nearer to 0.
+fn beside_zero(values: &[(Symbol, f64)], symbol: Symbol) -> Vec<(Symbol, f64)> {
+    let own = values.iter().find(|own| own.0 == symbol && own.1 != 0.0).map_or(1.0, |own| own.1);
+    values.iter().copied().filter(|own| own.0 != symbol).chain([(symbol, 1e-6 * own)]).collect()
+}
+
+/// Whether something that is divided by vanishes at the values of the parameters.
+fn divides_by_zero(pool: &Algebra<'_>, all: &[ExprId], values: &[(Symbol, f64)]) -> bool {
+    let (symbols, there): (Vec<Symbol>, Vec<f64>) = values.iter().copied().unzip();
+    bases_with(pool, all, |_, exponent| exponent.is_negative()).into_iter().any(|base| {
+        let terms = pool.terms(base);
+        let own: Vec<ExprId> = [base].into_iter().chain(terms.iter().map(|own| own.0)).collect();
+        let Ok(tape) = Tape::compile(pool, &own, &symbols) else { return false };
+        let found = tape.evaluate(&there, &mut Vec::new());
+        found[0].abs() <= 1e-14 * found[1..].iter().map(|own: &f64| own.abs()).sum::<f64>()
+    })
+}
+
 /// Whether an expression is negative at the values of its parameters; `None` where some have none.
 fn sign_at(pool: &Algebra<'_>, e: ExprId, values: &[(Symbol, f64)]) -> Option<bool> {
     let symbols: Vec<Symbol> = values.iter().map(|own| own.0).collect();
@@ -343,7 +395,9 @@ fn finite(
 ) -> Option<Vec<Frequency>> {
     let limit = match done {
         Approximation::Limit { .. } => done.clone(),
-        Approximation::Expansion { name, .. } => Approximation::Limit { name: name.clone(), value: Number::ZERO },
+        Approximation::Expansion { name, .. } => {
+            Approximation::Limit { name: name.clone(), value: (&Number::ZERO).into() }
+        }
     };
     let even = characteristic.iter().step_by(2).enumerate();
     let polynomial: Vec<ExprId> = even.map(|(power, own)| if power % 2 == 0 { *own } else { pool.neg(*own) }).collect();
@@ -459,16 +513,21 @@ fn drawn(pool: &mut Algebra<'_>, values: &[ExprId]) -> Option<Vec<ExprId>> {
     roots.into_iter().all(is_same).then_some(plus)
 }
 
-fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId) {
+fn transform_case(
+    pool: &mut Algebra<'_>,
+    case: &mut Case,
+    values: &[(Symbol, f64)],
+    change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId,
+) {
     // They stand for what was before.
     case.solved.clear();
     case.normal = None;
     case.waves.clear();
     let mut frequencies: Vec<Frequency> = Vec::new();
-    let values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
-    let values = drawn(pool, &values).unwrap_or(values);
-    for (mut form, value) in case.frequencies.drain(..).zip(values) {
-        if pool.is_undefined(value) {
+    let squares: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
+    let squares = drawn(pool, &squares).unwrap_or(squares);
+    for (mut form, value) in case.frequencies.drain(..).zip(squares) {
+        if pool.is_undefined(value) || divides_by_zero(pool, &[value], values) {
             case.complete = false;
             continue;
         }

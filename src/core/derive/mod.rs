@@ -71,10 +71,9 @@ mod waves;
 use std::collections::{BTreeMap, HashMap};
 
 use crate::budget::Exceeded;
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool, ZeroVerdict, evaluate_closed};
 use crate::linearize::{self, LinearizeError, Tied};
-use crate::model::{Assumption, Model};
-use crate::number::Number;
+use crate::model::{Assumption, Constant, Model};
 use crate::order::Gather;
 use crate::oscillation::NormalModes;
 
@@ -618,24 +617,24 @@ impl Derivation {
 
     /// What the closed forms take to be positive, or negative, though it is not where a parameter has a value: `d - 2`.
     #[must_use]
-    pub fn sign_against(&self, parameter: &str, value: &Number) -> Option<String> {
+    pub fn sign_against(&self, parameter: &str, value: &Constant) -> Option<String> {
         let own = self.reduced();
         let linear = own.linear.as_ref().ok()?;
         let mut pool = own.pool.clone();
-        let value = pool.number(value.clone());
+        let value = pool.adopted(value.pool(), value.value());
         let more = linear.frequencies.iter().flat_map(|own| own.signs.iter());
         linear.signs.iter().chain(more).find_map(|(e, negative)| {
             let symbol = pool.symbols(*e).into_iter().find(|own| pool.symbol_name(*own) == parameter)?;
             let there = pool.substitute_one(*e, &crate::expr::Substitution::from([(symbol, value)]));
-            let is_broken = pool.as_number(there)?.is_negative() != *negative;
+            let is_broken = (evaluate_closed::<f64>(&pool, there, ())? < 0.0) != *negative;
             is_broken.then(|| pool.display(*e))
         })
     }
 
-    /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
-    /// defined there is dropped.
-    pub fn limit(&mut self, parameter: &str, value: &Number) {
-        self.approximate(&Approximation::Limit { name: parameter.to_owned(), value: value.clone() });
+    /// Replaces the closed forms by what they are where a parameter goes to a value, in SI
+    /// ([`Constant::of_parameter`] is); what is not defined there is dropped.
+    pub fn limit(&mut self, parameter: &str, value: impl Into<Constant>) {
+        self.approximate(&Approximation::Limit { name: parameter.to_owned(), value: value.into() });
     }
 
     /// Changes the closed forms of what moves.
@@ -647,7 +646,8 @@ impl Derivation {
             } else if let Some(frequencies) = &mut linear.frequencies {
                 let exponents = linear.exponents.take();
                 let characteristic = exponents.as_ref().and_then(|own| own.characteristic.as_deref());
-                frequencies.approximate(pool, done, characteristic);
+                let values = exponents.as_ref().map_or(&[][..], |own| &own.values);
+                frequencies.approximate(pool, done, characteristic, values);
                 let is_limit = matches!(done, Approximation::Limit { .. });
                 linear.exponents =
                     exponents.filter(|_| is_limit).map(|own| own.of_limit(pool, frequencies.best(), done));

@@ -121,31 +121,43 @@ impl Pool {
 
     /// The expression built anew from the images of its children.
     fn with_children(&mut self, id: ExprId, image: impl Fn(ExprId) -> ExprId) -> ExprId {
-        let images = |parts: &[(ExprId, Number)]| parts.iter().map(|(part, x)| (image(*part), x.clone())).collect();
-        match self.node(id) {
-            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => id,
+        let node = self.node(id).clone();
+        self.built(node, image).unwrap_or(id)
+    }
+
+    /// An expression without symbols of another pool.
+    pub fn adopted(&mut self, pool: &Self, e: ExprId) -> ExprId {
+        let reachable = pool.reachable_places(&[e]);
+        let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
+        for id in &reachable.ids {
+            let new = match pool.node(*id) {
+                Node::Number(number) => self.number(number.clone()),
+                Node::Pi => self.pi(),
+                node => self.built(node.clone(), |child| images[reachable.place(child)]).unwrap_or(self.undefined()),
+            };
+            images.push(new);
+        }
+        images[reachable.place(e)]
+    }
+
+    /// What has children, of their images.
+    fn built(&mut self, node: Node, image: impl Fn(ExprId) -> ExprId) -> Option<ExprId> {
+        let images = |parts: Box<[(ExprId, Number)]>| parts.into_iter().map(|(part, x)| (image(part), x));
+        Some(match node {
+            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => return None,
             Node::Sum { constant, terms } => {
-                let (constant, mut parts): (_, Vec<_>) = (constant.clone(), images(terms));
-                parts.push((self.number(constant), Number::ONE));
+                let constant = self.number(constant);
+                let parts: Vec<_> = images(terms).chain([(constant, Number::ONE)]).collect();
                 self.linear(&parts)
             }
             Node::Product(factors) => {
-                let parts: Vec<_> = images(factors);
+                let parts: Vec<_> = images(factors).collect();
                 self.product_of_powers(&parts)
             }
-            Node::Power { base, exponent } => {
-                let (base, exponent) = (image(*base), image(*exponent));
-                self.power(base, exponent)
-            }
-            Node::Function(function, x) => {
-                let (function, x) = (*function, image(*x));
-                self.apply(function, x)
-            }
-            Node::Atan2 { y, x } => {
-                let (y, x) = (image(*y), image(*x));
-                self.atan2(y, x)
-            }
-        }
+            Node::Power { base, exponent } => self.power(image(base), image(exponent)),
+            Node::Function(function, x) => self.apply(function, image(x)),
+            Node::Atan2 { y, x } => self.atan2(image(y), image(x)),
+        })
     }
 
     /// One expression with its symbols replaced.

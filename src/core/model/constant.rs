@@ -1,8 +1,9 @@
 //! Exact numbers from the command line.
 
-use super::{ModelError, Settings, TableTexts, elaborate};
+use super::{ModelError, Parameter, Settings, TableTexts, elaborate};
 use crate::budget::Budget;
 use crate::expr::{ExprId, Pool};
+use crate::number::Number;
 
 /// Enough for any number that a person types.
 const BYTES: u64 = 50_000_000;
@@ -59,6 +60,15 @@ impl Constant {
         Ok(Self { text: text.trim().to_owned(), pool: Box::new(model.pool), value })
     }
 
+    /// Reads a number in the unit of a parameter of a model with this pool: in SI from then on.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn of_parameter(text: &str, parameter: &Parameter, pool: &Pool) -> Result<Self, String> {
+        let own = Self::read(text)?;
+        parameter.unit.map_or(Ok(own), |unit| Self::read(&format!("({text})*({})", pool.display(unit))))
+    }
+
     /// As it was written.
     #[must_use]
     pub fn text(&self) -> &str {
@@ -75,5 +85,13 @@ impl Constant {
     #[must_use]
     pub fn pool(&self) -> &Pool {
         &self.pool
+    }
+}
+
+impl From<&Number> for Constant {
+    fn from(number: &Number) -> Self {
+        let mut pool = Box::<Pool>::default();
+        let value = pool.number(number.clone());
+        Self { text: number.to_string(), pool, value }
     }
 }

@@ -297,6 +297,16 @@ pub struct Parameter {
     pub value: Option<ExprId>,
     /// Standard uncertainty, an expression without symbols.
     pub uncertainty: Option<ExprId>,
+    /// What its unit is in SI, an expression without symbols. `None` without a unit.
+    pub unit: Option<ExprId>,
+}
+
+impl Parameter {
+    /// Whether it stands as itself in derivations, of a model with this pool.
+    #[must_use]
+    pub fn is_symbol(&self, pool: &Pool) -> bool {
+        pool.as_symbol(self.symbolic) == Some(self.symbol)
+    }
 }
 
 /// What a symbol of the pool means to the model.

@@ -350,7 +350,7 @@ impl Elaborator<'_> {
             let (what, help) = (format!("the uncertainty of `{name}` is negative"), None);
             self.errors.push(ModelError::Shape { what, span: value_span, help });
         }
-        self.world.parameters.push(Parameter { name, span, symbol, symbolic, value, uncertainty });
+        self.world.parameters.push(Parameter { name, span, symbol, symbolic, value, uncertainty, unit: factor });
     }
 
     /// The value that was set from outside for a member, and its uncertainty.
