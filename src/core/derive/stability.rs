@@ -282,9 +282,13 @@ pub(super) fn conditions(
 
 /// An even factor a s⁴ + b s² + c with 4 a c = n q², where n is no square of a rational number: b > √n |q| then stands for b > 0 and b² > 4 a c.
 pub(super) struct BesideRoot {
+    /// c.
     pub(super) constant: Polynomial,
+    /// b, without positive factors that q has, too.
     pub(super) middle: Polynomial,
+    /// n.
     pub(super) number: Number,
+    /// q, without these factors.
     pub(super) base: Polynomial,
 }
 

@@ -398,7 +398,7 @@ impl Source for Model<'_> {
 
     fn zero_spaces(&self, vectors: &[Vec<f64>]) -> Option<Vec<Vec<Vec<f64>>>> {
         let whole = vectors.iter().map(|vector| self.linearized.embed(vector, 0.0).0);
-        self.labels?.spaces(&whole.collect::<Vec<_>>())
+        self.labels?.classes.spaces(&whole.collect::<Vec<_>>())
     }
 }
 

@@ -21,7 +21,7 @@ const MOST_SHARES: u64 = 5_000;
 
 /// What tells the modes of different symmetry apart.
 pub(super) struct Labels {
-    classes: Classes,
+    pub(super) classes: Classes,
     /// The name of the point group, where there is one.
     pub(super) group: Option<String>,
     /// Where there may be more symmetry than was searched for.
@@ -47,13 +47,6 @@ impl Labels {
             Some(other) if missing(&other) < missing(&own) => other,
             Some(_) | None => own,
         }
-    }
-}
-
-impl Labels {
-    /// How the vectors of a space that the symmetry keeps combine to vectors of one class each, class by class.
-    pub(super) fn spaces(&self, vectors: &[Vec<f64>]) -> Option<Vec<Vec<Vec<f64>>>> {
-        self.classes.spaces(vectors)
     }
 }
 
