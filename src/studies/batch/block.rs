@@ -1,6 +1,6 @@
 //! One block of parameter sets from their values to their results.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::bound::{Bounder, Entry};
 use super::discs::{Discs, Matrices};
@@ -71,6 +71,81 @@ struct General {
     listed: Vec<Listed>,
 }
 
+/// A program run with the vector instructions that the machine has. (A closure would have them only where the compiler
+/// chooses to inline it.)
+struct Run<'a, const BOUNDS: bool> {
+    program: &'a Program,
+    registers: &'a mut Registers,
+}
+
+impl<const BOUNDS: bool> WithSimd for Run<'_, BOUNDS> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        run::<BOUNDS>(self.program, self.registers);
+    }
+}
+
+/// An eigenvalue problem likewise.
+struct Solve<'a>(&'a mut Solver);
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.solve();
+    }
+}
+
+/// The bounds likewise.
+struct Bound<'a> {
+    bounder: &'a mut Bounder,
+    solver: &'a Solver,
+    compiled: &'a Compiled,
+    registers: &'a Registers,
+}
+
+impl WithSimd for Bound<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.bounder.bound(
+            self.solver,
+            (&self.compiled.mass, &self.compiled.stiffness),
+            (&self.registers.value, &self.registers.error),
+        );
+    }
+}
+
+/// Exponents likewise, with vectors or without.
+struct SolveGeneral<'a> {
+    exponents: &'a mut Exponents,
+    solver: &'a mut Solver,
+    vectors: bool,
+}
+
+impl WithSimd for SolveGeneral<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.exponents.solve(self.solver, self.vectors);
+    }
+}
+
+/// Their bounds likewise.
+struct BoundGeneral<'a> {
+    general: &'a mut General,
+    matrices: Matrices<'a>,
+}
+
+impl WithSimd for BoundGeneral<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.general.discs.bound(&self.general.exponents, self.matrices);
+    }
+}
+
 impl Registers {
     /// Puts M and K where a solver reads them, of the coordinates that have a place there; gives 1 where their entries
     /// are numbers.
@@ -117,17 +192,16 @@ impl Workspace {
         }
     }
 
-    /// Runs a program with the vector instructions that the machine has, as all that is dispatched here.
     pub(super) fn run<const BOUNDS: bool>(&mut self, program: &Program) {
-        self.arch.dispatch(|| run::<BOUNDS>(program, &mut self.registers));
+        self.arch.dispatch(Run::<BOUNDS> { program, registers: &mut self.registers });
     }
 
     pub(super) fn run_guess(&self, program: &Program, registers: &mut Registers) {
-        self.arch.dispatch(|| run::<false>(program, registers));
+        self.arch.dispatch(Run::<false> { program, registers });
     }
 
     pub(super) fn solve(&self, solver: &mut Solver) {
-        self.arch.dispatch(|| solver.solve());
+        self.arch.dispatch(Solve(solver));
     }
 
     /// Solves sets (at most [`LANES`] of them, one after the other), whose values are off by so much where that is
@@ -171,11 +245,14 @@ impl Workspace {
         if let Some(velocity) = &compiled.velocity {
             numbers = numbers * self.solve_general(compiled, velocity, options);
         } else {
-            self.arch.dispatch(|| self.solver.solve());
+            self.arch.dispatch(Solve(&mut self.solver));
             if rigorous {
-                let entries = (&compiled.mass[..], &compiled.stiffness[..]);
-                let numbers = (&self.registers.value[..], &self.registers.error[..]);
-                self.arch.dispatch(|| self.bounder.bound(&self.solver, entries, numbers));
+                self.arch.dispatch(Bound {
+                    bounder: &mut self.bounder,
+                    solver: &self.solver,
+                    compiled,
+                    registers: &self.registers,
+                });
             }
         }
         let proved = if compiled.search.is_some() {
@@ -213,14 +290,14 @@ impl Workspace {
             general.exponents.velocity[entry.row * compiled.dimension + entry.column] = value;
         }
         let rigorous = options.bounds == Bounds::Rigorous;
-        self.arch.dispatch(|| general.exponents.solve(&mut self.solver, rigorous || options.vectors));
+        let (exponents, solver) = (&mut general.exponents, &mut self.solver);
+        self.arch.dispatch(SolveGeneral { exponents, solver, vectors: rigorous || options.vectors });
         self.solver.converged = general.exponents.converged;
         if rigorous {
             let (values, errors) = (&self.registers.value[..], &self.registers.error[..]);
             self.bounder.weigh(&self.solver, &compiled.mass, (values, errors));
             let entries = [&compiled.mass[..], &compiled.stiffness, velocity];
-            let matrices = Matrices { entries, values, errors };
-            self.arch.dispatch(|| general.discs.bound(&general.exponents, matrices));
+            self.arch.dispatch(BoundGeneral { general, matrices: Matrices { entries, values, errors } });
         }
         numbers
     }
