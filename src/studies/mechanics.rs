@@ -6,7 +6,7 @@
 
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
 use librate_core::linearize::{all_terms, forces_of, known_values, signed_terms, written_out};
-use librate_core::model::{Feature, Model, TermFamily};
+use librate_core::model::{Feature, Model};
 use librate_core::span::Span;
 
 /// The Lagrangian of a model, the forces that no energy gives, and its symbols.
@@ -36,13 +36,12 @@ pub(crate) struct Equation {
 
 /// What a model says beside T and V, and where it does so first; but for forces that are 0 at the values of the parameters.
 pub(crate) fn beside_energies(model: &Model) -> Option<(Feature, Span)> {
-    let (mut pool, known) = (model.pool.clone(), known_values(model));
-    let mut vanishes = |family: &TermFamily| {
-        let force = pool.substitute_one(family.body, &known);
-        pool.vanishes(force)
+    let some_act = || {
+        let (mut pool, known) = (model.pool.clone(), known_values(model));
+        let bodies: Vec<ExprId> = model.forces.iter().map(|family| family.body).collect();
+        pool.substitute(&bodies, &known).into_iter().any(|force| !pool.vanishes(force))
     };
-    let none_acts = model.forces.iter().all(&mut vanishes);
-    model.features().find(|(own, _)| !(none_acts && matches!(own, Feature::Dissipation | Feature::Force)))
+    model.features().find(|(own, _)| !matches!(own, Feature::Dissipation | Feature::Force) || some_act())
 }
 
 /// A row of `count` entries, from those that are not 0.
