@@ -76,6 +76,10 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             }
         }
         let title = if undamped { "frequencies" } else { "exponents" };
+        if shown && own.exponents.is_empty() && !own.approximations.is_empty() {
+            let title = format!("no closed form was found{}", approximations(&own.approximations));
+            parts.push(section(&title, []));
+        }
         parts.extend(is_long.then(|| section(&format!("{title}, too long for a page, are in the JSON"), [])));
         if !lines.is_empty() {
             let rest = if own.complete { "" } else { " with a closed form" };

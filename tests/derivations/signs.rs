@@ -307,7 +307,56 @@ fn series_and_limits_of_exponents_have_their_values() {
     );
     own.expand("e", 1);
     let page_text = derive_text(&own, &Style::default().ascii(true));
-    assert!(page_text.contains("sqrt((k + h)/m)*(2 + e/(k + h))"), "{page_text}");
+    // What oscillates at e = 2 grows for small e.
+    assert!(page_text.contains("sqrt(-(k + h)/m)*(2 + e/(k + h))"), "{page_text}");
+    // m² z² + m (k1 + k2 + 2 m W²) z + k1 k2 - m W² (k1 + k2) + m² W⁴ with z = s² near k1 and near k2.
+    let saddle = "param m = 1, k1 = 1, k2 = -0.5, W = 3  coord x, y
+        lagrangian = 1/2*m*(x'^2 + y'^2) + m*W*(x*y' - y*x') + 1/2*m*W^2*(x^2 + y^2) - 1/2*k1*x^2 - 1/2*k2*y^2";
+    let mut own = page(saddle);
+    own.expand("W", 2);
+    let turns = 1e-3_f64;
+    let middle = -0.25 - turns * turns;
+    let root = (middle * middle + 0.5 + turns * turns * 0.5 - turns.powi(4)).sqrt();
+    let [growth, omega] = [(middle + root).sqrt(), (root - middle).sqrt()];
+    let found = exponents(&own, &[("m", 1.0), ("k1", 1.0), ("k2", -0.5), ("W", turns)]);
+    is_near(&found, &[(growth, 0.0), (-growth, 0.0), (0.0, omega), (0.0, -omega)], 1e-11);
+    let mut own = page(saddle);
+    own.limit("W", &Number::ZERO);
+    let (growth, values) = (0.5_f64.sqrt(), [("m", 1.0), ("k1", 1.0), ("k2", -0.5)]);
+    is_near(&exponents(&own, &values), &[(growth, 0.0), (-growth, 0.0), (0.0, 1.0), (0.0, -1.0)], 1e-15);
+    // Without inertia one exponent is left, -k/c; the other one grows without bound.
+    let [mut limit, mut series] = [page(damped), page(damped)];
+    limit.limit("m", &Number::ZERO);
+    series.expand("m", 2);
+    let texts = [limit, series].map(|own| derive_text(&own, &Style::default().ascii(true)));
+    let wanted = ["for m -> 0\n  s = -k/c\n", "order 2 in m\n  s = -k/c - m*k^2/c^3 - 2*m^2*k^3/c^5\n"];
+    // ω² = a ∓ k where a = b, which no series in k of the forms for a ≠ b has.
+    let coupled = "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = 1/2*a*x^2 + 1/2*b*y^2 + k*x*y";
+    for (values, is_found) in [("param a = 2, b = 2, k = 1 ", false), ("param a = 2, b = 3, k = 1 ", true)] {
+        let mut own = page(&format!("{values}{coupled}"));
+        own.expand("k", 1);
+        let text = derive_text(&own, &Style::default().ascii(true));
+        assert_eq!(text.contains("no closed form was found, to order 1 in k"), !is_found, "{text}");
+    }
+    // No closed form with friction and rotation, but without friction, or without rotation.
+    for (parameter, count) in [("c", 4), ("h", 4)] {
+        let mut own = page(
+            "param m = 1, a = 3, b = 2, h = -1, c = 0.1  coord x, y  dissipation = 1/2*c*(x'^2 + y'^2)
+             lagrangian = 1/2*m*(x'^2 + y'^2) + 2*m*h*x*y' - 1/2*a*x^2 - 1/2*b*y^2",
+        );
+        assert!(!own.linear.as_ref().unwrap().exponents.as_ref().unwrap().complete);
+        own.limit(parameter, &Number::ZERO);
+        let found = exponents(&own, &[("m", 1.0), ("a", 3.0), ("b", 2.0), ("h", -1.0), ("c", 0.1)]);
+        assert_eq!(found.len(), count);
+        for (re, im) in found {
+            let [h, c] = if parameter == "c" { [-1.0, 0.0] } else { [0.0, 0.1] };
+            let s = nalgebra::Complex::new(re, im);
+            let [first, second] = [3.0, 2.0].map(|k| s * s + s * c + k);
+            let value = first * second + s * s * 4.0 * h * h;
+            assert!(value.norm() < 1e-12, "{parameter} {s} {value}");
+        }
+    }
+    texts.iter().zip(wanted).for_each(|(own, wanted)| assert!(own.contains(wanted), "{own}"));
     let mut own = page(
         "param m = 5, e = 2  coord x, y
          lagrangian = 1/2*m*x'^2 + 1/2*m*y'^2 + 1/2*e*(x*y' - y*x') - 1/2*x^2 - 1/2*y^2 - e*x*y",

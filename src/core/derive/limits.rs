@@ -4,9 +4,9 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::exponents::{ClosedExponent, Exponents};
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
-use super::roots::{best_to_read, of_polynomial, root};
+use super::roots::{best_to_read, factors, of_polynomial, root};
 use super::simplify::{Algebra, bases_with, rebuild};
-use crate::expr::{ExprId, Node, Substitution, Symbol, Tape, ZeroVerdict};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict, evaluate_closed};
 use crate::number::Number;
 use crate::precision::Function;
 
@@ -33,19 +33,26 @@ impl Approximation {
 }
 
 fn series(pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol, order: u32) -> ExprId {
-    let mut coefficients = taylor(pool, e, symbol, order);
-    // √f stands in front, whatever the sign of f: √f and √(1/f) in one sum would be one of them times ±1.
-    let has_sum = |base: ExprId| pool.factors(base).iter().any(|(own, _)| pool.is_sum(*own));
-    let is_root = |(base, exponent): &(ExprId, Number)| !exponent.is_integer() && has_sum(*base);
+    let coefficients = taylor(pool, e, symbol, order);
+    let is_root = |(_, exponent): &(ExprId, Number)| !exponent.is_integer();
     let front = coefficients.first().copied().filter(|own| match pool.terms(*own).as_slice() {
         [(term, _)] => pool.factors(*term).iter().any(is_root),
         _ => false,
     });
-    if let Some(front) = front {
-        coefficients.iter_mut().for_each(|own| *own = pool.short(|pool| pool.div(*own, front)));
+    let Some(front) = front else { return polynomial(pool, coefficients, symbol) };
+    let ratios = coefficients.iter().map(|own| {
+        let ratio = pool.short(|pool| pool.div(*own, front));
+        best_to_read(pool, ratio)
+    });
+    let ratios: Vec<ExprId> = ratios.collect();
+    // A root that all have stands in front; that of a sum does whatever its sign: √f and √(1/f) in one sum would be one of them times ±1.
+    let has_sum = |own: &(ExprId, Number)| is_root(own) && pool.factors(own.0).iter().any(|(own, _)| pool.is_sum(*own));
+    let has_root = |own: &ExprId| pool.terms(*own).iter().any(|(term, _)| pool.factors(*term).iter().any(is_root));
+    if !pool.factors(front).iter().any(has_sum) && ratios.iter().any(has_root) {
+        return polynomial(pool, coefficients, symbol);
     }
-    let series = polynomial(pool, coefficients, symbol);
-    front.map_or(series, |front| pool.mul(front, series))
+    let series = polynomial(pool, ratios, symbol);
+    pool.mul(front, series)
 }
 
 /// The coefficients of the powers of a symbol about 0, undefined from the first that does not exist.
@@ -112,7 +119,8 @@ impl Frequencies {
         if !self.general.complete
             && self.tied.as_ref().is_some_and(drags)
             && let Some(all) = characteristic
-            && let Some(found) = symbol(pool, all, done.name()).and_then(|symbol| finite(pool, done, all, symbol))
+            && let Some(found) =
+                symbol(pool, all, done.name()).and_then(|symbol| finite(pool, done, all, symbol, values))
         {
             self.general.frequencies = found;
             self.tied = None;
@@ -135,13 +143,16 @@ impl Frequencies {
                 };
                 let plain = case.frequencies.iter().all(|own| own.symmetry.is_none());
                 let before = case.known();
-                transform_case(pool, case, values, |pool, e| done.of(pool, e, symbol));
-                let is_short = case.known() < before;
                 let is_series = matches!(done, Approximation::Expansion { .. });
+                transform_case(pool, case, values, |pool, e| {
+                    let is_open = is_series && is_branching(pool, &[e], symbol, values);
+                    if is_open { pool.undefined() } else { done.of(pool, e, symbol) }
+                });
+                let is_short = case.known() < before;
                 let found = characteristic.filter(|_| is_short || is_series && plain);
                 let found = found.and_then(|all| {
                     let all = tied(pool, &case.ties, all);
-                    finite(pool, done, &all, symbol)
+                    finite(pool, done, &all, symbol, values)
                 });
                 if let Some(found) = found
                     && found.iter().all(|own| !divides_by_zero(pool, &[own.omega_squared], values))
@@ -166,20 +177,62 @@ impl Exponents {
         let Self { values, mut approximations, .. } = self;
         approximations.push(done.clone());
         let mut own = Self { complete: case.complete, values, approximations, ..Self::default() };
+        own.values = done.there(pool, &own.values);
         own.add_squares(pool, &case.frequencies);
         own
     }
 
+    /// The exponents that stay finite in a limit, where their polynomial is one in s² there or has factors of degree two: its degree may fall.
+    fn finite(
+        &self,
+        pool: &mut Algebra<'_>,
+        done: &Approximation,
+        symbol: Symbol,
+        near: &[(Symbol, f64)],
+    ) -> Option<Vec<ClosedExponent>> {
+        let characteristic = self.characteristic.as_ref()?;
+        let mut own = Self { values: near.to_vec(), ..Self::default() };
+        let at_limit = done.polynomial(pool, characteristic, symbol);
+        if is_even(&at_limit) {
+            let squares = finite(pool, done, characteristic, symbol, near)?;
+            own.add_squares(pool, &squares);
+            return Some(own.exponents);
+        }
+        let zeros = at_limit.iter().take_while(|own| pool.vanishes(**own)).count();
+        let zero = pool.zero();
+        if zeros > 0 {
+            own.add(ClosedExponent::on_axis(pool, zero, true, zeros));
+        }
+        for (factor, multiplicity) in factors(pool, at_limit.get(zeros..)?) {
+            let (middle, square) = match factor[..] {
+                [_] => continue,
+                [b, a] => (pool.div(b, a), zero),
+                [c, b, a] => {
+                    let (middle, product) = (pool.div(b, a), pool.div(c, a));
+                    let middle = pool.scale(middle, &Number::half());
+                    let square = pool.square(middle);
+                    (middle, pool.short(|pool| pool.sub(square, product)))
+                }
+                _ => continue,
+            };
+            let middle = pool.short(|pool| pool.neg(middle));
+            let (square, oscillates) = positive_at(pool, square, near);
+            let (size, _) = root(pool, square);
+            for x in [size, pool.neg(size)].into_iter().take(factor.len() - 1) {
+                let [real, imaginary] = if oscillates { [middle, x] } else { [pool.add(middle, x), zero] };
+                own.add(ClosedExponent { real, imaginary, multiplicity, damping_ratio: None });
+            }
+        }
+        Some(own.exponents)
+    }
+
     /// Adds the pairs of some frequencies.
     fn add_squares(&mut self, pool: &mut Algebra<'_>, frequencies: &[Frequency]) {
-        let zero = pool.zero();
         for Frequency { omega_squared, multiplicity, .. } in frequencies {
-            let grows = sign_at(pool, *omega_squared, &self.values) == Some(true);
-            let square = if grows { pool.neg(*omega_squared) } else { *omega_squared };
+            let (square, grows) = positive_at(pool, *omega_squared, &self.values);
             let (size, _) = root(pool, square);
             for x in [size, pool.neg(size)] {
-                let [real, imaginary] = if grows { [x, zero] } else { [zero, x] };
-                self.add(ClosedExponent { real, imaginary, multiplicity: *multiplicity, damping_ratio: None });
+                self.add(ClosedExponent::on_axis(pool, x, grows, *multiplicity));
             }
         }
     }
@@ -187,12 +240,18 @@ impl Exponents {
     /// The same of the exponents; what else is known of the whole model is left out then.
     pub(super) fn approximate(&mut self, pool: &mut Algebra<'_>, done: &Approximation) {
         let all: Vec<ExprId> = self.exponents.iter().flat_map(|own| [own.real, own.imaginary]).collect();
-        if let Some(symbol) = symbol(pool, &all, done.name()) {
-            let count: usize = self.exponents.iter().map(|own| own.multiplicity).sum();
-            let undamped = self.exponents.iter().all(|own| own.real.is_zero());
+        let with_polynomial: Vec<ExprId> = all.iter().chain(self.characteristic.iter().flatten()).copied().collect();
+        if let Some(symbol) = symbol(pool, &with_polynomial, done.name()) {
+            let known = |all: &[ClosedExponent]| all.iter().map(|own| own.multiplicity).sum::<usize>();
+            let count = self.characteristic.as_ref().map_or(known(&self.exponents), |all| all.len() - 1);
+            let undamped = self.characteristic.as_ref().is_none_or(|all| is_even(all))
+                && self.exponents.iter().all(|own| own.real.is_zero());
             let magnitudes = magnitudes_in(pool, &all);
             let is_series = matches!(done, Approximation::Expansion { .. });
-            self.exponents.retain(|own| !is_series || !has_open_roots(pool, own, symbol, &magnitudes));
+            self.exponents
+                .retain(|own| !is_series || !has_open_roots(pool, &[own.real, own.imaginary], symbol, &magnitudes));
+            let values = self.values.clone();
+            self.exponents.retain(|own| !is_series || !is_branching(pool, &[own.real, own.imaginary], symbol, &values));
             for own in &mut self.exponents {
                 for part in [&mut own.real, &mut own.imaginary] {
                     let value = done.of(pool, *part, symbol);
@@ -201,24 +260,21 @@ impl Exponents {
                 }
                 own.damping_ratio = None;
             }
-            let values = self.values.clone();
+            // A series has the sign of its leading term.
+            let near = done.there(pool, &self.values);
             let holds = |pool: &Algebra<'_>, own: &ClosedExponent| {
                 let parts = [own.real, own.imaginary];
-                !parts.iter().any(|part| pool.is_undefined(*part)) && !divides_by_zero(pool, &parts, &values)
+                let has_value = |part: &ExprId| !pool.is_undefined(*part) && !is_nan(pool, *part, &near);
+                parts.iter().all(has_value) && !divides_by_zero(pool, &parts, &near)
             };
             self.exponents.retain(|own| holds(pool, own));
-            let known = |all: &[ClosedExponent]| all.iter().map(|own| own.multiplicity).sum::<usize>();
             if !is_series
-                && undamped
                 && known(&self.exponents) < count
-                && let Some(all) = self.characteristic.as_ref().filter(|all| is_even(all))
-                && let Some(found) = finite(pool, done, all, symbol)
+                && let Some(mut found) = self.finite(pool, done, symbol, &near)
             {
-                let mut own = Self { values: values.clone(), ..Self::default() };
-                own.add_squares(pool, &found);
-                own.exponents.retain(|own| holds(pool, own));
-                if known(&own.exponents) > known(&self.exponents) {
-                    self.exponents = own.exponents;
+                found.retain(|own| holds(pool, own));
+                if known(&found) > known(&self.exponents) {
+                    self.exponents = found;
                 }
             }
             let imaginary: Vec<ExprId> = self.exponents.iter().map(|own| own.imaginary).collect();
@@ -227,25 +283,29 @@ impl Exponents {
                 each.for_each(|(own, drawn)| own.imaginary = pool.simplify(drawn));
             }
             if is_series {
-                // Where a root has become that of a square, either sign of it may leave nothing to divide by.
-                let is_open = |pool: &Algebra<'_>, own: &ClosedExponent| {
+                // Where a root has become that of a square, either sign of it may leave nothing to divide by; and what
+                // oscillates at the values may grow beside 0.
+                let is_open = |pool: &mut Algebra<'_>, own: &ClosedExponent| {
+                    let square = pool.square(own.imaginary);
                     magnitudes_in(pool, &[own.real, own.imaginary]).iter().any(|own| !magnitudes.contains(own))
+                        || sign_at(pool, square, &near) == Some(true)
                 };
-                let lost = count - known(&self.exponents);
-                if lost > 0 || self.exponents.iter().any(|own| is_open(pool, own)) {
-                    let series = self.series(pool, done, symbol).filter(|series| undamped && series.len() == count);
-                    match series.filter(|all| all.iter().all(|own| holds(pool, own))) {
-                        Some(series) => self.exponents = series,
-                        None => self.exponents.retain(|own| !is_open(pool, own)),
+                self.exponents.retain(|own| !is_open(pool, own));
+                if known(&self.exponents) < count {
+                    let series = self.series(pool, done, symbol, &near);
+                    let series = series.or_else(|| self.real_series(pool, done, symbol, &near)).unwrap_or_default();
+                    if known(&series) > known(&self.exponents) && series.iter().all(|own| holds(pool, own)) {
+                        self.exponents = series;
                     }
                 }
             }
             let all = std::mem::take(&mut self.exponents).into_iter();
-            // A series has the sign of its leading term.
-            let near = beside_zero(&self.values, symbol);
             self.exponents = all.map(|own| own.drawn(pool, &near)).collect();
-            self.complete &= known(&self.exponents) == count;
+            self.complete = known(&self.exponents) == count;
             self.merge(pool, &near);
+            if !is_series {
+                self.values = near;
+            }
         }
         self.characteristic = None;
         (self.stability, self.stability_exact) = (None, None);
@@ -253,7 +313,13 @@ impl Exponents {
     }
 
     /// The exponents of an undamped system from the series of the zeros of its characteristic polynomial.
-    fn series(&self, pool: &mut Algebra<'_>, done: &Approximation, symbol: Symbol) -> Option<Vec<ClosedExponent>> {
+    fn series(
+        &self,
+        pool: &mut Algebra<'_>,
+        done: &Approximation,
+        symbol: Symbol,
+        near: &[(Symbol, f64)],
+    ) -> Option<Vec<ClosedExponent>> {
         let characteristic = self.characteristic.as_ref()?;
         let Approximation::Expansion { name, order } = done else { return None };
         if !is_even(characteristic) {
@@ -261,13 +327,30 @@ impl Exponents {
         }
         // The root of a zero that begins with the power v is known to v/2 powers fewer.
         let squares = Approximation::Expansion { name: name.clone(), order: (2 * order).min(MOST_ORDERS) };
-        let squares = finite(pool, &squares, characteristic, symbol)?;
-        let roots = squares.into_iter().map(|own| root_of_series(pool, own.omega_squared, symbol, *order));
-        let roots = roots.collect::<Option<Vec<ExprId>>>()?;
-        let both: Vec<ExprId> = roots.into_iter().flat_map(|root| [root, pool.neg(root)]).collect();
-        let real = pool.zero();
-        let exponent = |imaginary| ClosedExponent { real, imaginary, multiplicity: 1, damping_ratio: None };
-        Some(both.into_iter().map(exponent).collect())
+        let mut found = Vec::new();
+        for Frequency { omega_squared, .. } in finite(pool, &squares, characteristic, symbol, near)? {
+            let (square, grows) = positive_at(pool, omega_squared, near);
+            let root = root_of_series(pool, square, symbol, *order)?;
+            found.extend([root, pool.neg(root)].map(|x| ClosedExponent::on_axis(pool, x, grows, 1)));
+        }
+        Some(found)
+    }
+
+    /// Those exponents that are real and finite where the parameter is 0, of any system.
+    fn real_series(
+        &self,
+        pool: &mut Algebra<'_>,
+        done: &Approximation,
+        symbol: Symbol,
+        near: &[(Symbol, f64)],
+    ) -> Option<Vec<ClosedExponent>> {
+        let Approximation::Expansion { name, order } = done else { return None };
+        let at_zero = Approximation::Limit { name: name.clone(), value: (&Number::ZERO).into() };
+        let real = self.finite(pool, &at_zero, symbol, near)?.into_iter().filter(|own| own.imaginary.is_zero());
+        let characteristic = self.characteristic.as_ref()?;
+        let continued = real.filter_map(|own| continued(pool, characteristic, (symbol, near), own.real, *order));
+        let continued: Vec<ExprId> = continued.collect();
+        Some(continued.into_iter().map(|own| ClosedExponent::on_axis(pool, own, true, 1)).collect())
     }
 
     /// Adds an exponent, to the same one where there is one.
@@ -298,6 +381,12 @@ impl Exponents {
 }
 
 impl ClosedExponent {
+    /// A real one, or an imaginary one.
+    fn on_axis(pool: &Algebra<'_>, x: ExprId, is_real: bool, multiplicity: usize) -> Self {
+        let [real, imaginary] = if is_real { [x, pool.zero()] } else { [pool.zero(), x] };
+        Self { real, imaginary, multiplicity, damping_ratio: None }
+    }
+
     /// The exponent with a real part where its imaginary part has become the root of minus a square, and with an imaginary one where its real
     /// part has become the root of what is negative at the values of the parameters.
     fn drawn(self, pool: &mut Algebra<'_>, values: &[(Symbol, f64)]) -> Self {
@@ -313,7 +402,7 @@ impl ClosedExponent {
             return Self { real: pool.zero(), imaginary: pool.simplify(imaginary), ..self };
         }
         let (size, is_drawn) = root(pool, opposite);
-        if !is_drawn {
+        if !is_drawn && sign_at(pool, square, values) != Some(true) {
             return self;
         }
         let is_negative = pool.split_content(self.imaginary).0.is_negative();
@@ -324,17 +413,29 @@ impl ClosedExponent {
 
 /// Whether a root of which an exponent is made vanishes where a symbol is 0, or may do so for one sign of a magnitude: Taylor's formula then has
 /// nothing to go by, though a factor 0 may hide that.
-fn has_open_roots(pool: &mut Algebra<'_>, own: &ClosedExponent, symbol: Symbol, magnitudes: &BTreeSet<ExprId>) -> bool {
+fn has_open_roots(pool: &mut Algebra<'_>, all: &[ExprId], symbol: Symbol, magnitudes: &BTreeSet<ExprId>) -> bool {
+    roots_at_zero(pool, all, symbol)
+        .into_iter()
+        .any(|there| pool.vanishes(there) || magnitudes_in(pool, &[there]).iter().any(|own| !magnitudes.contains(own)))
+}
+
+/// Whether such a root vanishes at the values of the parameters, where forms that are apart elsewhere meet: no series in a coupling there is one
+/// in it alone.
+fn is_branching(pool: &mut Algebra<'_>, all: &[ExprId], symbol: Symbol, values: &[(Symbol, f64)]) -> bool {
+    let roots = roots_at_zero(pool, all, symbol);
+    roots.into_iter().any(|there| !pool.vanishes(there) && vanishes_at(pool, there, values))
+}
+
+/// What stands below roots, where a symbol in it is 0.
+fn roots_at_zero(pool: &mut Algebra<'_>, all: &[ExprId], symbol: Symbol) -> Vec<ExprId> {
     let at_zero = Substitution::from([(symbol, pool.zero())]);
-    let roots = bases_with(pool, &[own.real, own.imaginary], |_, exponent| !exponent.is_integer());
-    roots.into_iter().any(|base| {
-        if !pool.symbols_of(&[base]).contains(&symbol) {
-            return false;
-        }
+    let mut roots = bases_with(pool, all, |_, exponent| !exponent.is_integer());
+    roots.retain(|base| pool.symbols_of(&[*base]).contains(&symbol));
+    let at_zero = roots.into_iter().map(|base| {
         let there = pool.substitute_one(base, &at_zero);
-        let there = pool.simplify(there);
-        pool.vanishes(there) || magnitudes_in(pool, &[there]).iter().any(|own| !magnitudes.contains(own))
-    })
+        pool.simplify(there)
+    });
+    at_zero.collect()
 }
 
 /// The root, to some power of a symbol, of a polynomial in it that is known to twice that power, or to as many powers as there are; `None` where these
@@ -354,30 +455,67 @@ fn root_of_series(pool: &mut Algebra<'_>, square: ExprId, symbol: Symbol, order:
     Some(pool.mul(front, root))
 }
 
-/// The values of the parameters, of which one is a million times nearer to 0.
-fn beside_zero(values: &[(Symbol, f64)], symbol: Symbol) -> Vec<(Symbol, f64)> {
-    let own = values.iter().find(|own| own.0 == symbol && own.1 != 0.0).map_or(1.0, |own| own.1);
-    values.iter().copied().filter(|own| own.0 != symbol).chain([(symbol, 1e-6 * own)]).collect()
+impl Approximation {
+    /// A polynomial in a limit, the constant first, without the leading coefficients that vanish there.
+    fn polynomial(&self, pool: &mut Algebra<'_>, coefficients: &[ExprId], symbol: Symbol) -> Vec<ExprId> {
+        let limits = coefficients.iter().map(|own| {
+            let value = self.of(pool, *own, symbol);
+            pool.simplify(value)
+        });
+        let mut limits: Vec<ExprId> = limits.collect();
+        while limits.last().is_some_and(|last| pool.vanishes(*last)) {
+            limits.pop();
+        }
+        limits
+    }
+
+    /// The values of the parameters in a limit, or where the one of a series is a million times nearer to 0.
+    fn there(&self, pool: &Pool, values: &[(Symbol, f64)]) -> Vec<(Symbol, f64)> {
+        let own = |&(symbol, value): &(Symbol, f64)| match self {
+            _ if pool.symbol_name(symbol) != self.name() => (symbol, value),
+            Self::Limit { value, .. } => (symbol, evaluate_closed(value.pool(), value.value(), ()).unwrap_or(f64::NAN)),
+            Self::Expansion { .. } => (symbol, if value == 0.0 { 1e-6 } else { 1e-6 * value }),
+        };
+        values.iter().map(own).collect()
+    }
 }
 
 /// Whether something that is divided by vanishes at the values of the parameters.
 fn divides_by_zero(pool: &Algebra<'_>, all: &[ExprId], values: &[(Symbol, f64)]) -> bool {
+    bases_with(pool, all, |_, exponent| exponent.is_negative()).into_iter().any(|base| vanishes_at(pool, base, values))
+}
+
+/// Whether an expression vanishes at the values of its parameters.
+fn vanishes_at(pool: &Algebra<'_>, e: ExprId, values: &[(Symbol, f64)]) -> bool {
     let (symbols, there): (Vec<Symbol>, Vec<f64>) = values.iter().copied().unzip();
-    bases_with(pool, all, |_, exponent| exponent.is_negative()).into_iter().any(|base| {
-        let terms = pool.terms(base);
-        let own: Vec<ExprId> = [base].into_iter().chain(terms.iter().map(|own| own.0)).collect();
-        let Ok(tape) = Tape::compile(pool, &own, &symbols) else { return false };
-        let found = tape.evaluate(&there, &mut Vec::new());
-        found[0].abs() <= 1e-14 * found[1..].iter().map(|own: &f64| own.abs()).sum::<f64>()
-    })
+    let terms = pool.terms(e);
+    let own: Vec<ExprId> = [e].into_iter().chain(terms.iter().map(|own| own.0)).collect();
+    let Ok(tape) = Tape::compile(pool, &own, &symbols) else { return false };
+    let found = tape.evaluate(&there, &mut Vec::new());
+    found[0].abs() <= 1e-14 * found[1..].iter().map(|own: &f64| own.abs()).sum::<f64>()
 }
 
 /// Whether an expression is negative at the values of its parameters; `None` where some have none.
 fn sign_at(pool: &Algebra<'_>, e: ExprId, values: &[(Symbol, f64)]) -> Option<bool> {
-    let symbols: Vec<Symbol> = values.iter().map(|own| own.0).collect();
-    let there: Vec<f64> = values.iter().map(|own| own.1).collect();
-    let found = Tape::compile(pool, &[e], &symbols).ok()?.evaluate(&there, &mut Vec::new())[0];
+    let found = value_at(pool, e, values)?;
     (found.is_finite() && found != 0.0).then_some(found < 0.0)
+}
+
+/// An expression at the values of its parameters; `None` where some have none.
+fn value_at(pool: &Algebra<'_>, e: ExprId, values: &[(Symbol, f64)]) -> Option<f64> {
+    let (symbols, there): (Vec<Symbol>, Vec<f64>) = values.iter().copied().unzip();
+    Some(Tape::compile(pool, &[e], &symbols).ok()?.evaluate(&there, &mut Vec::new())[0])
+}
+
+/// Whether an expression has roots of what is negative at the values of its parameters.
+fn is_nan(pool: &Algebra<'_>, e: ExprId, values: &[(Symbol, f64)]) -> bool {
+    value_at(pool, e, values).is_some_and(f64::is_nan)
+}
+
+/// ω², or -ω² where it is negative at the values, and which of them it is.
+fn positive_at(pool: &mut Algebra<'_>, omega_squared: ExprId, values: &[(Symbol, f64)]) -> (ExprId, bool) {
+    let grows = sign_at(pool, omega_squared, values) == Some(true);
+    (if grows { pool.neg(omega_squared) } else { omega_squared }, grows)
 }
 
 /// The magnitudes that expressions are made of.
@@ -392,6 +530,7 @@ fn finite(
     done: &Approximation,
     characteristic: &[ExprId],
     symbol: Symbol,
+    values: &[(Symbol, f64)],
 ) -> Option<Vec<Frequency>> {
     let limit = match done {
         Approximation::Limit { .. } => done.clone(),
@@ -401,30 +540,26 @@ fn finite(
     };
     let even = characteristic.iter().step_by(2).enumerate();
     let polynomial: Vec<ExprId> = even.map(|(power, own)| if power % 2 == 0 { *own } else { pool.neg(*own) }).collect();
-    let at_limit = polynomial.iter().map(|own| {
-        let value = limit.of(pool, *own, symbol);
-        pool.simplify(value)
-    });
-    let mut at_limit: Vec<ExprId> = at_limit.collect();
-    while at_limit.last().is_some_and(|last| pool.vanishes(*last)) {
-        at_limit.pop();
-    }
+    let at_limit = limit.polynomial(pool, &polynomial, symbol);
     let mut squares = of_polynomial(pool, &at_limit)?;
     if let Approximation::Expansion { order, .. } = done {
-        squares = squares.into_iter().filter_map(|zero| continued(pool, &polynomial, symbol, zero, *order)).collect();
+        squares = squares
+            .into_iter()
+            .filter_map(|zero| continued(pool, &polynomial, (symbol, values), zero, *order))
+            .collect();
     }
     squares.retain(|square| !pool.is_undefined(*square));
     let found = squares.into_iter().map(|omega_squared| Frequency::new(omega_squared, 1, None));
     Some(found.collect())
 }
 
-/// The series in a symbol of a zero of a polynomial from where it is for 0; `None` where it is no simple one there.
+/// The series in a symbol of a zero of a polynomial from where it is for 0; `None` where it is no simple one there, or not at the values.
 ///
 /// With z right to the power before, the coefficient of the next in p(z) is what p'(z) times the next of z cancels.
 fn continued(
     pool: &mut Algebra<'_>,
     polynomial: &[ExprId],
-    symbol: Symbol,
+    (symbol, values): (Symbol, &[(Symbol, f64)]),
     zero: ExprId,
     order: u32,
 ) -> Option<ExprId> {
@@ -440,7 +575,7 @@ fn continued(
     let slopes: Vec<ExprId> = slopes.collect();
     let slope = horner(pool, &slopes, zero);
     let slope = taylor(pool, slope, symbol, 0)[0];
-    if pool.is_zero(slope) != ZeroVerdict::NonZero {
+    if pool.is_zero(slope) != ZeroVerdict::NonZero || vanishes_at(pool, slope, values) {
         return None;
     }
     let mut z = zero;

@@ -118,7 +118,7 @@ pub(super) fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, coefficien
 }
 
 /// The factors of a polynomial over the numbers and the parameters, and how often each occurs; the whole where there are none.
-fn factors(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<(Polynomial, usize)> {
+pub(super) fn factors(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<(Polynomial, usize)> {
     let found = Expanded::new(pool, coefficients).and_then(|expanded| {
         let ring = Ring::new(pool, std::iter::once(&expanded));
         let all = ring.polynomials(&expanded)?.into_iter().map(|own| ring.reduced(own));

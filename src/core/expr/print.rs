@@ -267,10 +267,11 @@ impl Pool {
                 let side = if joined.above { &mut above } else { &mut below };
                 side.push(piece);
                 continue;
-            } else if let (true, Some((factors, negated))) = (exponent.is_negative(), self.inverted(base)) {
+            } else if let (true, Some(inverse)) = (exponent.is_negative(), self.inverted(base)) {
                 // (x/y)^(-1/2) reads better as sqrt(y/x).
-                let term = Piece::Term { coefficient: Number::ONE, factors, negated };
-                write_root(&magnitude, vec![term], &mut piece);
+                let sign = inverse.has_minus.then_some(Piece::Text("-"));
+                let inner = sign.into_iter().chain([inverse.times(Number::ONE)]).collect();
+                write_root(&magnitude, inner, &mut piece);
                 above.push(piece);
                 continue;
             } else {
@@ -321,14 +322,14 @@ impl Pool {
             if left.mul(&number) == divisor {
                 let divided = (factors[at].0, Number::MINUS_ONE);
                 factors.remove(at);
-                let inverse = if below { self.inverted(base) } else { None };
+                let inverse = if below { self.inverted(base).filter(|own| !own.has_minus) } else { None };
                 let above = !below || inverse.is_some();
-                let (mut factors, negated) = inverse.unwrap_or_else(|| (self.factors(base), None));
-                let coefficient = if above { Number::ONE } else { number };
+                let as_it_is = || Inverse { factors: self.factors(base), negated: None, has_minus: false };
+                let mut inner = inverse.unwrap_or_else(as_it_is);
                 if above {
-                    factors.push(divided);
+                    inner.factors.push(divided);
                 }
-                let inner = Piece::Term { coefficient, factors, negated };
+                let inner = inner.times(if above { Number::ONE } else { number });
                 return (rest, Some(Joined { base, above, inner }));
             }
         }
@@ -381,9 +382,8 @@ impl Pool {
         ))
     }
 
-    /// The factors of the inverse of a product that has some below the fraction bar, or of minus it, with the difference that takes up
-    /// the sign then.
-    fn inverted(&self, base: ExprId) -> Option<(Factors, Option<ExprId>)> {
+    /// The inverse of a product that has factors below the fraction bar, or of minus it.
+    fn inverted(&self, base: ExprId) -> Option<Inverse> {
         let opposite = match self.node(base) {
             Node::Sum { constant, terms } if constant.is_zero() => match &**terms {
                 [(term, coefficient)] if *coefficient == Number::MINUS_ONE => Some(*term),
@@ -393,8 +393,23 @@ impl Pool {
         };
         let Node::Product(factors) = self.node(opposite.unwrap_or(base)) else { return None };
         let inverse: Factors = factors.iter().map(|(b, e)| (*b, e.neg())).collect();
-        let negated = if opposite.is_some() { Some(self.reversible_factor(&inverse)?) } else { None };
-        factors.iter().any(|(_, e)| e.is_negative()).then_some((inverse, negated))
+        let negated = opposite.and_then(|_| self.reversible_factor(&inverse));
+        let has_minus = opposite.is_some() && negated.is_none();
+        let is_quotient = factors.iter().any(|(_, e)| e.is_negative());
+        is_quotient.then_some(Inverse { factors: inverse, negated, has_minus })
+    }
+}
+
+/// A product, or minus it, where a difference that takes up the sign is negated or there is a minus sign in front.
+struct Inverse {
+    factors: Factors,
+    negated: Option<ExprId>,
+    has_minus: bool,
+}
+
+impl Inverse {
+    fn times(self, coefficient: Number) -> Piece {
+        Piece::Term { coefficient, factors: self.factors, negated: self.negated }
     }
 }
 
