@@ -2,7 +2,7 @@
 
 use super::frequencies::{approximations, first_free, unused};
 use super::page::{Form, Line, Part, section};
-use librate_core::derive::{ClosedExponent, Derivation, Linear, Role, StabilityCondition, greater_and_less};
+use librate_core::derive::{ClosedExponent, Derivation, Exponents, Linear, Role, StabilityCondition, greater_and_less};
 use librate_core::expr::{ExprId, Node, Pool};
 use librate_core::number::Number;
 
@@ -23,7 +23,6 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let mut parts = Vec::new();
     let Some(own) = &linear.exponents else { return parts };
     let pool = &mut derivation.pool.clone();
-    let zero = pool.zero();
     let s = unused(names, &["s", "lambda", "sigma"]);
     // Of conservative models frequencies say as much, unless one asks.
     let asked = |chapter: &str| !linear.is_conservative() || names.only.is_some() && names.shows(chapter);
@@ -39,58 +38,69 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             parts.push(section(title, Some(equation).filter(|_| !is_long)));
         }
         let only = linear.is_conservative() && asked("exponents");
-        let undamped = !only && linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
-        let omega = &names.names.omega;
-        // Of a conjugate pair the one with the positive imaginary part comes first.
-        let shown = names.shows("frequencies") || names.shows("exponents");
-        let mut lines = Vec::new();
-        let mut is_long = false;
-        let mut told: Vec<&ClosedExponent> = Vec::new();
-        for exponent in &own.exponents {
-            let opposite = pool.neg(exponent.imaginary);
-            if told.iter().any(|other| other.real == exponent.real && other.imaginary == opposite) {
-                continue;
+        let undamped = !only && linear.damping.is_none() && own.exponents.iter().all(|own| own.real == pool.zero());
+        form_parts(pool, own, names, Some(names.names.omega.as_str()).filter(|_| undamped), &mut parts);
+    }
+    stability_parts(pool, own, names, asked("stability"), &mut parts);
+    parts
+}
+
+/// The closed forms, as frequencies `omega` where nothing is damped.
+fn form_parts(pool: &mut Pool, own: &Exponents, names: &Derivation, omega: Option<&str>, parts: &mut Vec<Part>) {
+    let (zero, s) = (pool.zero(), unused(names, &["s", "lambda", "sigma"]));
+    // Of a conjugate pair the one with the positive imaginary part comes first.
+    let shown = names.shows("frequencies") || names.shows("exponents");
+    let mut lines = Vec::new();
+    let mut is_long = false;
+    let mut told: Vec<&ClosedExponent> = Vec::new();
+    for exponent in &own.exponents {
+        let opposite = pool.neg(exponent.imaginary);
+        if told.iter().any(|other| other.real == exponent.real && other.imaginary == opposite) {
+            continue;
+        }
+        told.push(exponent);
+        let mut remark = String::new();
+        let many = exponent.multiplicity;
+        let text = if let Some(omega) = omega {
+            let many = if exponent.imaginary == zero { many / 2 } else { many };
+            if many > 1 {
+                remark = format!(", {many} times");
             }
-            told.push(exponent);
-            let mut remark = String::new();
-            let many = exponent.multiplicity;
-            let text = if undamped {
-                let many = if exponent.imaginary == zero { many / 2 } else { many };
-                if many > 1 {
-                    remark = format!(", {many} times");
-                }
-                format!("{omega} = {}", pool.display(exponent.imaginary))
-            } else {
-                if exponent.imaginary != zero {
-                    remark.push_str(", and its conjugate");
-                }
-                if many > 1 {
-                    remark.push_str(&format!(", {many} times"));
-                }
-                format!("{s} = {}", exponent_text(pool, exponent, &imaginary_unit(names)))
-            };
-            if shown && text.len() <= MOST_IN_FORM {
-                lines.push(Line::Formula(text, remark));
-            } else {
-                is_long |= shown;
+            format!("{omega} = {}", pool.display(exponent.imaginary))
+        } else {
+            if exponent.imaginary != zero {
+                remark.push_str(", and its conjugate");
             }
-        }
-        let title = if undamped { "frequencies" } else { "exponents" };
-        if shown && own.exponents.is_empty() && !own.approximations.is_empty() {
-            let title = format!("no closed form was found{}", approximations(&own.approximations));
-            parts.push(section(&title, []));
-        }
-        parts.extend(is_long.then(|| section(&format!("{title}, too long for a page, are in the JSON"), [])));
-        if !lines.is_empty() {
-            let rest = if own.complete { "" } else { " with a closed form" };
-            let title = format!("{title}{rest}{}", approximations(&own.approximations));
-            parts.push(Part::Section(title, lines, Form::Apart));
-        }
-        if names.shows("exponents") {
-            parts.extend(damping_part(pool, &own.exponents, names));
+            if many > 1 {
+                remark.push_str(&format!(", {many} times"));
+            }
+            format!("{s} = {}", exponent_text(pool, exponent, &imaginary_unit(names)))
+        };
+        if shown && text.len() <= MOST_IN_FORM {
+            lines.push(Line::Formula(text, remark));
+        } else {
+            is_long |= shown;
         }
     }
-    let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else { return parts };
+    let title = if omega.is_some() { "frequencies" } else { "exponents" };
+    if shown && own.exponents.is_empty() && !own.approximations.is_empty() {
+        let title = format!("no closed form was found{}", approximations(&own.approximations));
+        parts.push(section(&title, []));
+    }
+    parts.extend(is_long.then(|| section(&format!("{title}, too long for a page, are in the JSON"), [])));
+    if !lines.is_empty() {
+        let rest = if own.complete { "" } else { " with a closed form" };
+        let title = format!("{title}{rest}{}", approximations(&own.approximations));
+        parts.push(Part::Section(title, lines, Form::Apart));
+    }
+    if names.shows("exponents") {
+        parts.extend(damping_part(pool, &own.exponents, names));
+    }
+}
+
+/// Where a system is stable.
+fn stability_parts(pool: &mut Pool, own: &Exponents, names: &Derivation, asked: bool, parts: &mut Vec<Part>) {
+    let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else { return };
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
     let is_told = |own: &StabilityCondition| own.role != Role::Special;
     let by_signs = all.iter().any(|own| is_told(own) && own.open != Some(own.positive));
@@ -118,10 +128,9 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));
         }
-    } else if asked("stability") && !only_zeros {
+    } else if asked && !only_zeros {
         parts.push(section(&format!("stable{with}{always}"), []));
     }
-    parts
 }
 
 /// Damping ratios and quality factors in symbols.
