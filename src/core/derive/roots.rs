@@ -108,7 +108,7 @@ pub(super) fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, coefficien
         let is_short = degree <= 4 && pool.weight_of(coefficients) <= MOST_ON_PAGE;
         return Roots { unsolved: is_short.then_some(degree), ..Roots::default() };
     }
-    let sums = sums_of_products(pool, coefficients);
+    let sums = sums_of_products(pool, coefficients).into_iter().map(|own| pool.polished(own)).collect::<Vec<_>>();
     let solved = solve(pool, request, &sums);
     solved.map_or_else(Roots::default, |(_, solved)| Roots {
         zeros: solved.frequencies.clone(),
@@ -152,10 +152,11 @@ fn named(pool: &mut Algebra<'_>, request: Request<'_>, coefficients: &[ExprId], 
     if written <= MOST_FOR_TWO || rest.len() != 3 {
         return roots;
     }
-    let sums = sums_of_products(pool, rest);
-    let found = solve(pool, request, &sums);
-    if let Some((weight, mut solved)) = found
-        && weight <= written - written / 3
+    let mut sums = sums_of_products(pool, rest);
+    let found = solve(pool, request, &sums).filter(|(weight, _)| *weight <= written - written / 3);
+    sums.iter_mut().for_each(|own| *own = pool.polished(*own));
+    if found.is_some()
+        && let Some((_, mut solved)) = solve(pool, request, &sums)
     {
         let zeros = roots.zeros.iter().copied();
         solved.frequencies = zeros.filter(|zero| !zero.is_zero()).collect();
