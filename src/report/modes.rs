@@ -340,7 +340,7 @@ fn table(
     let mut tables = Vec::new();
     // What finds no room beside the columns begins a table; nothing separates a last column from a next one.
     let mut beside = |columns: &mut Vec<Column>, next: &[Column]| {
-        if width(columns) + width(next) > style.width + GAP {
+        if !next.is_empty() && width(columns) + width(next) > style.width + GAP {
             tables.push(std::mem::replace(columns, vec![Column::counting("mode", modes.len())]));
         }
     };

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::json::{modes_with, null, number, record};
 use super::modes::heading;
+use super::plain::wrapped;
 use super::table::{Column, draw};
 use super::{Exponent, Style, Tone, UNDECIDED, Written, listed, nearest, nearest_bound};
 use librate_core::linearize::Linearized;
@@ -125,6 +126,11 @@ fn table(
         out.push_str(&listed(&format!("mode {}", at + 1), &items, style.width));
     }
     out.push_str(&remark(names, derivatives, style.width));
+    let is_short = |own: &Ball| !own.contains_zero() && !Written::new(own, digits).complete;
+    if derivatives.iter().flatten().flatten().any(is_short) {
+        let words = format!("fewer than {digits} digits of some derivatives: only those that are certain are printed");
+        out.push_str(&format!("\n{}\n", wrapped(&words, style.width).join("\n")));
+    }
     out
 }
 

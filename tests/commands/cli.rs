@@ -247,6 +247,20 @@ fn members_are_set_as_expressions_name_them() {
     }
 }
 
+/// All digits that are asked for, or a word why not.
+#[test]
+fn digits_of_derivatives_are_told() {
+    let text = "param k = 2  param m = 3  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2";
+    for (digits, is_short) in [("10", false), ("25", false), ("40", true)] {
+        let own = with_input(&["sensitivity", "-", "--digits", digits], text).out;
+        assert_eq!(own.contains("digits of some derivatives: only those that are certain"), is_short, "{own}");
+        assert!(
+            own.contains("-0.1360827634879543387887380"[..].get(..digits.parse::<usize>().unwrap().min(24)).unwrap()),
+            "{own}"
+        );
+    }
+}
+
 #[test]
 fn settings_have_no_unit_and_may_have_an_uncertainty() {
     for bad in ["L:cm=30", "L=30 cm"] {

@@ -42,7 +42,7 @@ Error ModelError {
             Some(MissingCoordinate { declaration, place, .. }) => at(*span, "unknown name")
                 .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `{declaration}`"))
                 .replacing(Span::new(*place, *place), format!("{declaration}\n")),
-            None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
+            None if nearest.is_none() && (FUNCTIONS.contains(&name.as_str()) || name == "rows") => {
                 at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
             }
             None if by_place.is_some() => {

@@ -780,7 +780,7 @@ Error SyntaxError {
         [first @ .., last] => format!("expected {} or {last}", first.join(", ")),
     })
     .or_help((found == "`in`").then(|| {
-        "indices come first, then the filter: `sum(i in 1..3, j in 1..3 where i != j, …)`".to_owned()
+        "indices come first, then the filter: `sum(i in 1..3, j in 1..3 where i != j, …)`; what is said of a family as a whole, as in `assume k > 0`, holds for each member".to_owned()
     })),
 }
 }

@@ -124,7 +124,7 @@ Error PeriodError {
         /// Whether the equilibrium is a maximum of U.
         maximum: bool,
     } => nowhere().with_help(if *maximum {
-        "the equilibrium is a maximum of the potential: give a point in the intended well with `guess`"
+        "the equilibrium is a maximum of the potential: give a point in the intended well with `guess`, in place of an `equilibrium`"
     } else {
         "the energy is E = T + V with V as written in the model"
     }),
@@ -138,7 +138,7 @@ Error PeriodError {
         coordinate: String,
         /// The equilibrium.
         equilibrium: String,
-    } => nowhere().with_help("give a point in the intended well with `guess`"),
+    } => nowhere().with_help("give a point in the intended well with `guess`, in place of an `equilibrium`"),
 
     /// A motion that nothing brings back.
     #[error("the motion is not periodic: {}", open_words(.coordinate, *.upward, .end.as_deref()))]

@@ -193,6 +193,9 @@ fn hull(balls: impl Iterator<Item = Ball>) -> Option<Ball> {
     balls.reduce(|all, one| all.hull(&one))
 }
 
+/// Up to this order vectors are solved for again, to more digits.
+const MOST_SOLVED_AGAIN: usize = 40;
+
 fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, group: &[usize]) -> Option<Space> {
     let structure = linearized.structure();
     let own = || group.iter().map(|at| &modes.modes[*at]);
@@ -220,6 +223,19 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
         // Of a cluster that was cut off only a part is known.
         let last = group.last() == Some(&(modes.modes.len() - 1));
         let cut = last && modes.modes.len() < linearized.dimension();
+        let place = Place { exponent, square: real(-square) };
+        let kernel = || {
+            let kernel = bordered::kernel(whole, place, count, true)?;
+            let parts = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
+            Some(Space::real(whole, square, kernel.x.into_iter().map(parts).collect(), count == 1))
+        };
+        // The vectors of the modes are doubles.
+        if count == 1
+            && whole.order <= MOST_SOLVED_AGAIN
+            && let Some(space) = kernel()
+        {
+            return Some(space);
+        }
         if !linearized.is_constrained() && !cut {
             let vectors = own().map(|mode| {
                 let x = mode.vector.iter();
@@ -230,10 +246,7 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
                 return Some(Space::real(whole, square, vectors, true));
             }
         }
-        let place = Place { exponent, square: real(-square) };
-        let kernel = bordered::kernel(whole, place, count, true)?;
-        let parts = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
-        return Some(Space::real(whole, square, kernel.x.into_iter().map(parts).collect(), count == 1));
+        return kernel();
     }
     let square = exponent.mul(&exponent);
     let place = Place { exponent, square };
