@@ -51,6 +51,11 @@ class Error(Exception):
 class FileError(Error, OSError):
     """A file that can't be read."""
 
+    def __reduce__(self) -> tuple:
+        # An OSError has the name of the file among its arguments.
+        own = {name: getattr(self, name) for name in ("errno", "strerror", "filename")}
+        return type(self), self.args, {**self.__dict__, **own}
+
 
 class MissingFileError(FileError, FileNotFoundError):
     """A file that does not exist."""

@@ -1,6 +1,8 @@
 """Modes: values against closed forms and against the command line."""
 
+import copy
 import decimal
+import errno
 import json
 import pickle
 import subprocess
@@ -119,8 +121,12 @@ def test_models_results_and_errors_are_pickled(models):
     assert model.modes().digits == librate.Model.open(models / "body_from_table.lag").modes().digits
     with pytest.raises(librate.Error) as caught:
         librate.Model("coord x  T = 1/2*y'^2")
-    again = pickle.loads(pickle.dumps(caught.value))
-    assert str(again) == str(caught.value) and again.diagnostics == caught.value.diagnostics
+    with pytest.raises(librate.FileError) as unread:
+        librate.Model.open(models / "none.lag")
+    for error in (caught.value, unread.value):
+        for again in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
+            assert type(again) is type(error) and str(again) == str(error) and again.diagnostics == error.diagnostics
+    assert (again.errno, again.filename) == (errno.ENOENT, str(models / "none.lag")) and again.strerror
 
 
 def test_modes_are_a_table_in_a_notebook(models):
