@@ -48,16 +48,17 @@ _UNITS = ("i", "j", "I")
 class _Reader:
     """Reads expressions; each name of the model is one symbol, `m[1]` is `m_1`."""
 
-    def __init__(self, coordinates: list[str]) -> None:
+    def __init__(self, coordinates: list[str], names: list[str]) -> None:
         self.time = sympy.Symbol("t")
         self.coordinates = set(coordinates)
+        self.names = set(names)
         self.symbols: dict[str, sympy.Symbol] = {}
 
     def symbol(self, name: str) -> sympy.Symbol:
         """What a name stands for, at rest."""
         if name not in self.symbols:
-            plain = re.sub(r"\W+", "_", name).strip("_")
-            taken = {own.name for own in self.symbols.values()}
+            plain = "_".join(re.findall(r"\w+", name))
+            taken = {own.name for own in self.symbols.values()} | self.names - {name}
             names = itertools.chain([plain], (name + "_" * more for more in itertools.count()))
             self.symbols[name] = sympy.Symbol(next(one for one in names if one not in taken))
         return self.symbols[name]
@@ -119,7 +120,7 @@ def _imaginary_unit(names: list[str]) -> str:
 
 def converted(derivation: Derivation, names: list[str]) -> Result:
     """All that a derivation has of matrices, equations and closed forms; `names` are those of the model."""
-    reader = _Reader(derivation.coordinates)
+    reader = _Reader(derivation.coordinates, names)
     fields: dict = {}
     for name in ("mass", "stiffness", "gyroscopic", "damping", "circulatory"):
         rows = derivation[name]

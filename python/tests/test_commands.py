@@ -295,6 +295,11 @@ def test_letters_of_the_imaginary_unit_are_names_of_a_model():
         assert found.mass[0] == mass and found.stiffness[0] == stiffness
         exponents = [one["exponent"] for one in found.exponents]
         assert len(exponents) == 2 and all(sympy.simplify(mass * one**2 + stiffness) == 0 for one in exponents)
+    text = "param t_ = 2  param _t = 3  param _ = 4  param x_ = 5  coord x  T = 1/2*t_*_*x'^2  V = 1/2*_t*x_*x^2"
+    found = librate.Model(text).derive().to_sympy()
+    names = ["t_", "_t", "_", "x_", "x"]
+    assert {name: found.symbols[name].name for name in names} == {name: name for name in names}
+    assert found.equations[0].lhs.coeff(sympy.Function("x")(found.t)) == sympy.Symbol("_t") * sympy.Symbol("x_")
     full = librate.Model("param i = 1  param j = 2  param I = 3  coord x  T = 1/2*i*j*x'^2  V = 1/2*I*x^2")
     with pytest.raises(librate.Error, match="no letter for the imaginary unit"):
         full.derive().to_sympy()
