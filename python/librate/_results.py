@@ -38,7 +38,10 @@ def _value(name: str, value: Any) -> Any:
 
 
 class Result(Mapping):
-    """Fields of an answer, as attributes and by name; numbers in a row are NumPy arrays, in SI."""
+    """Fields of an answer, as attributes and by name; numbers in a row are NumPy arrays.
+
+    They are in SI, but for the values of what is moved over a range, which have the unit of its declaration.
+    """
 
     warnings: list[Diagnostic]
 
