@@ -11,7 +11,8 @@ import json
 import numbers
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, SupportsFloat
 
@@ -24,7 +25,9 @@ from ._results import Batch, Derivation, Modes, Page, Picture, Result
 Number = str | SupportsFloat
 # Of a parameter, or of the members of a family.
 Values = Number | Iterable[Number | Iterable[Number]]
-Range = str | Mapping[str, Iterable[Number]]
+# A tuple has the ends and their count, all else the values.
+_Ends = Mapping[str, Iterable[Number]]
+Range = str | _Ends
 
 _OUTCOMES = np.array(
     ["solved", "estimated", "not finite", "mass not positive", "no equilibrium", "not converged"], dtype=object
@@ -32,6 +35,8 @@ _OUTCOMES = np.array(
 _PICTURES = ("modes", "spectrum", "sweep", "response", "period", "motion", "floquet", "equilibria")
 # Larger matrices are sparse, where SciPy is there.
 _DENSE = 500
+# What has no values in an order.
+_NO_LISTS = (Mapping, Set, bytes, bytearray, memoryview)
 # As modes() has them.
 _DIGITS = 10
 
@@ -54,21 +59,38 @@ def _ask(function: Callable, *arguments: Any) -> Any:
         raise _request(message, kind=ArgumentTypeError if isinstance(reason, TypeError) else ArgumentError) from None
 
 
-def _items(value: Any, example: str) -> Iterable[tuple[Any, Any]]:
+def _items(value: Any, example: str) -> list[tuple[Any, Any]]:
     """The entries of a dict, or of a data frame."""
     if not hasattr(value, "items"):
         raise _request(f"{example} is needed, not {value!r}", kind=ArgumentTypeError)
-    return value.items()
+    return _ask(lambda: list(value.items()))
 
 
-def _scalar(value: Any) -> Any:
-    """The number in an array without dimensions."""
-    return value[()] if isinstance(value, np.ndarray) else value
+def _list(value: Any) -> list:
+    """Values in their order."""
+    if isinstance(value, (str, *_NO_LISTS)):
+        raise _request(f"a list or an array is needed, not {value!r}", kind=ArgumentTypeError)
+    return _ask(list, value)
+
+
+def _doubles(value: Any) -> np.ndarray:
+    """An array of doubles, `nan` where it is masked."""
+    array = _ask(np.ma.asarray, _list(value) if isinstance(value, _NO_LISTS) else value)
+    if array.dtype.kind == "c":
+        raise _request(f"real numbers are needed, not {value!r}", kind=ArgumentTypeError)
+    return np.ma.filled(_ask(array.astype, float), np.nan)
+
+
+def _plain(value: Any) -> Any:
+    """The number in an array without dimensions; larger ones, as those of pandas, as an array of NumPy."""
+    if np.ma.is_masked(value):
+        raise _request(f"a number is needed, but {value!r} is masked", kind=ArgumentError)
+    return _ask(np.asarray, value)[()] if hasattr(value, "__array__") else value
 
 
 def _text(value: Any) -> str:
     """A number as the model language has it; a float is the decimal that Python prints."""
-    value = _scalar(value)
+    value = _plain(value)
     if isinstance(value, str):
         return value
     if isinstance(value, (bool, np.bool_)):
@@ -86,14 +108,15 @@ def _text(value: Any) -> str:
 
 def _value(value: Any) -> str:
     """A number, or `[1, 2, 3]` for the members of a family in their order."""
-    value = _scalar(value)
+    value = _plain(value)
     if isinstance(value, Iterable) and not isinstance(value, str):
-        return f"[{', '.join(map(_value, value))}]"
+        return f"[{', '.join(map(_value, _list(value)))}]"
     return _text(value)
 
 
 def _all_settings(values: Mapping[str, Any] | None) -> list[str]:
-    return [f"{name}={_value(value)}" for name, value in _items(values or {}, 'a dict of values, {"k": 8}')]
+    given = _items({} if values is None else values, 'a dict of values, {"k": 8}')
+    return [f"{name}={_value(value)}" for name, value in given]
 
 
 def _optional(value: Any) -> str | None:
@@ -101,13 +124,17 @@ def _optional(value: Any) -> str | None:
 
 
 def _ends(values: Any) -> Any:
-    """An array of equally spaced values as its ends and their count."""
-    if not isinstance(values, np.ndarray):
+    """Equally spaced values as their ends and their count, as a tuple has them."""
+    if isinstance(values, tuple):
         return values
-    if values.ndim == 1 and values.size and values.dtype.kind in "iuf" and np.isfinite(values).all():
-        spaced = np.linspace(values[0], values[-1], values.size)
-        if np.allclose(values, spaced, rtol=0, atol=1e-12 * np.abs(values).max()):
-            return values[0], values[-1], values.size
+    column = values if hasattr(values, "__array__") else _list(values)
+    doubles = _doubles(column)
+    if doubles.ndim == 1 and doubles.size and np.isfinite(doubles).all():
+        column = np.asarray(column)
+        spaced = np.linspace(doubles[0], doubles[-1], doubles.size)
+        rounding = 4 * np.finfo(column.dtype).eps if column.dtype.kind == "f" else 0
+        if np.allclose(doubles, spaced, rtol=0, atol=max(rounding, 1e-12) * np.abs(doubles).max()):
+            return column[0], column[-1], column.size
     raise ValueError
 
 
@@ -123,9 +150,18 @@ def _range(value: Range) -> str:
         if len(count) > 1:
             raise ValueError
     except (TypeError, ValueError):
-        message = f"a range is {example} or an array of equally spaced values, not {value!r}"
+        message = f"a range is {example}, or a list or an array of equally spaced values, not {value!r}"
         raise _request(message, kind=ArgumentError) from None
     return ":".join([f"{name}={_text(first)}..{_text(last)}", *map(_text, count)])
+
+
+def _ranges(value: Any) -> list[str]:
+    """One range or several, in one dict or a list."""
+    if isinstance(value, str):
+        return [value]
+    if hasattr(value, "items"):
+        return [_range({name: ends}) for name, ends in _items(value, "")]
+    return [_range(one) for one in _list(value)]
 
 
 def _box(value: str | Mapping[str, Iterable[Number]]) -> str:
@@ -134,7 +170,7 @@ def _box(value: str | Mapping[str, Iterable[Number]]) -> str:
     example = '"x=-2..2" or {"x": (-2, 2)}'
     items = _items(value, example)
     try:
-        ranges = [(name, first, last) for name, (first, last) in items]
+        ranges = [(name, first, last) for name, ends in items for first, last in [_list(ends)]]
     except (TypeError, ValueError):
         raise _request(f"a box is {example}, not {value!r}", kind=ArgumentError) from None
     return ", ".join(f"{name}={_text(first)}..{_text(last)}" for name, first, last in ranges)
@@ -157,7 +193,7 @@ def _table(value: Any) -> str:
 
 
 def _tables(values: Mapping[str, Any] | None) -> dict[str, Any]:
-    given = _items(values or {}, 'a dict of texts, {"springs.csv": "k\\n1\\n"}')
+    given = _items({} if values is None else values, 'a dict of texts, {"springs.csv": "k\\n1\\n"}')
     return {name: _table(table) for name, table in given}
 
 
@@ -314,10 +350,14 @@ class Model:
     ) -> Modes:
         """Frequencies and shapes about the equilibrium.
 
-        `certify` has approximate shapes, one a row, of which only the bounds are computed.
+        `certify` has approximate shapes, one a row (`v.T` of SciPy's columns), of which only the bounds are computed.
         """
         if certify is not None:
-            certify = _ask(np.ascontiguousarray, certify, float).tobytes()
+            rows, length = np.atleast_2d(_doubles(certify)), len(self.coordinates)
+            if rows.shape[1:] != (length,):
+                message = f"`certify` has shapes as rows of {length} numbers, not dimensions {rows.shape}"
+                raise _request(message, "`certify=v.T` where each column of `v` is a shape", ArgumentTypeError)
+            certify = rows.tobytes()
         arguments = dict(
             digits=digits,
             lowest=lowest,
@@ -350,7 +390,7 @@ class Model:
         expand: tuple[str, int] | None = None,
     ) -> Derivation:
         """Equations of motion, matrices and closed forms, as expressions in the parameters."""
-        limits = {name: _text(value) for name, value in _items(limit or {}, '{"m2": 0}')}
+        limits = {name: _text(value) for name, value in _items({} if limit is None else limit, '{"m2": 0}')}
         only = only.split(",") if isinstance(only, str) else only
         arguments: dict[str, Any] = dict(cubic=cubic, quartic=quartic, limit=limits, expand=expand, only=only)
         native, told = _ask(_native.derivation, self._native, {**arguments, "limit": list(limits.items())})
@@ -376,7 +416,7 @@ class Model:
         """
         over = _range(over)
         arguments = dict(over=over, digits=digits, lowest=lowest, vectors=vectors, threads=threads, svg=_svg)
-        arguments |= dict(orders=_ask(list, _orders), root_locus=_root_locus)
+        arguments |= dict(orders=_list(_orders), root_locus=_root_locus)
         answer = _ask(_native.sweep, self._native, arguments)
         if _svg:
             return _picture(answer)
@@ -408,13 +448,13 @@ class Model:
         """The modes of many sets of parameters, in doubles with rigorous bounds, on all cores.
 
         Each parameter has an array with a value for each set, in SI, or one value for all; a family has a row for each
-        set, or one value for all its members. Modes are in the order of rising omega squared.
+        set, or one value for all its members. Masked values are `nan`. Modes are in the order of rising omega squared.
 
         Models with friction, forces or terms linear in the velocities have `exponents` instead, two for each
         coordinate: growth + i omega, in the order of rising frequency, then of rising growth, conjugates beside
         each other. How many of them are real differs from set to set, so that `omega` and `growth` are `None`.
         """
-        columns = {name: _ask(np.asarray, value, float) for name, value in _items(sets, "a dict of arrays")}
+        columns = {name: _doubles(value) for name, value in _items(sets, "a dict of arrays")}
         count = max((len(column) for column in columns.values() if column.ndim), default=1)
         rows = []
         for name, column in columns.items():
@@ -422,7 +462,7 @@ class Model:
                 column = np.full(count, column)
             if column.ndim > 2 or len(column) != count:
                 raise _request(f"`{name}` has {len(column)} values for {count} sets")
-            rows.append((name, np.ascontiguousarray(column).tobytes()))
+            rows.append((name, column.tobytes()))
         arguments = dict(columns=rows, sets=count, vectors=vectors, matrices=matrices, bounds=bounds, threads=threads)
         found = _ask(_native.solve_sets, self._native, arguments)
         n = len(found["coordinates"])
@@ -476,26 +516,25 @@ class Model:
         result._fields["over"] = result._fields.pop("given")
         return result
 
-    def floquet(self, map: Sequence[Range] | None = None, digits: int = 10, *, _svg: bool = False) -> Result:
+    def floquet(self, map: _Ends | Sequence[Range] | None = None, digits: int = 10, *, _svg: bool = False) -> Result:
         """Floquet multipliers of a driven model; with a `map` over two parameters a chart of stability.
 
-        A chart has the values of both parameters, and `stable` (1, 0, or `nan` where there is no periodic motion or
-        motions may grow as powers of the time) and `growth_rate` with one row a value of the first.
+        `map` has two ranges, `("a=0..4:5", "q=0..2:3")` or `{"a": (0, 4, 5), "q": (0, 2, 3)}`. A chart has the values of
+        both parameters, and `stable` (1, 0, or `nan` where there is no periodic motion or motions may grow as powers
+        of the time) and `growth_rate` with one row a value of the first.
         """
-        ranges = None
-        if map is not None:
-            if isinstance(map, str) or _ask(len, map) != 2:
-                raise _request(f"a map has two ranges, not {map!r}", kind=ArgumentError)
-            ranges = (_range(map[0]), _range(map[1]))
+        ranges = None if map is None else tuple(_ranges(map))
+        if ranges is not None and len(ranges) != 2:
+            raise _request(f"a map has two ranges, not {map!r}", kind=ArgumentError)
         answer = _ask(_native.multipliers, self._native, ranges, digits, _svg)
         if _svg:
             return _picture(answer)
-        if map is None:
+        if ranges is None:
             return _result(answer)
         [head, *lines] = csv.reader(io.StringIO(answer["text"]))
         codes = {"true": 1.0, "false": 0.0, "": np.nan}
         cells = np.array([[codes[cell] if cell in codes else float(cell) for cell in line] for line in lines])
-        rows = int(np.count_nonzero(cells[:, 1] == cells[0, 1]))
+        rows = int(Fraction(ranges[0].rsplit(":", 1)[1]))
         slow, fast, stable, rate = (cells[:, at].reshape(rows, -1) for at in range(4))
         result = Result({}, answer["text"], _warn(answer["warnings"], 2))
         result._fields = {head[0]: slow[:, 0], head[1]: fast[0], "stable": stable, "growth_rate": rate}
@@ -565,7 +604,7 @@ class Model:
             samples=samples,
             mode=mode,
             amplitude=_optional(amplitude),
-            at=None if at is None else [_text(one) for one in _ask(list, at)],
+            at=None if at is None else [_text(one) for one in _list(at)],
             digits=digits,
             proved=proved,
             tolerance=tolerance,
@@ -604,15 +643,13 @@ class Model:
         return _result(_ask(_native.tensors, self._native, digits))
 
     def show(
-        self, digits: int = 10, lowest: int | None = None, over: str | Mapping[str, Iterable[Number]] | None = None
+        self, digits: int = 10, lowest: int | None = None, over: Range | Sequence[Range] | None = None
     ) -> Page:
         """A page with the modes in motion, their digits, the model and its derivation.
 
         Sliders move one or two parameters `over` ranges, `"k=1..4:9"` or `{"k": (1, 4, 9), "m": (1, 2, 5)}`.
         """
-        items = [] if over is None or isinstance(over, str) else _items(over, '"k=1..4:9" or {"k": (1, 4, 9)}')
-        ranges = [over] if isinstance(over, str) else [_range({name: own}) for name, own in items]
-        answer = _ask(_native.show, self._native, digits, lowest, ranges)
+        answer = _ask(_native.show, self._native, digits, lowest, [] if over is None else _ranges(over))
         _warn(answer["warnings"], 2)
         return Page(answer["text"])
 
@@ -622,8 +659,8 @@ class Model:
 
         A sweep takes `orders`, lines for multiples of a rate of rotation (Campbell diagram), and `root_locus`, too.
         """
-        if kind not in _PICTURES:
-            raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(_PICTURES)}")
+        if not isinstance(kind, str) or kind not in _PICTURES:
+            raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(_PICTURES)}", ArgumentError)
         own = {f"_{name}": arguments.pop(name) for name in ("orders", "root_locus") if name in arguments}
         if kind == "spectrum":
             kind, own["_spectrum"] = "modes", True

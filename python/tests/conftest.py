@@ -1,9 +1,36 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
+
+
+class Series:
+    """As one of pandas: an array with labels, from 1, and without a truth value."""
+
+    def __init__(self, values, labels=None):
+        self.labels = list(labels or range(1, len(values) + 1))
+        self.values = values
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.values, dtype)
+
+    def __bool__(self):
+        raise ValueError("the truth value of a Series is ambiguous")
+
+    def __len__(self):
+        return len(self.values)
+
+    def __iter__(self):
+        return iter(self.values)
+
+    def __getitem__(self, label):
+        return self.values[self.labels.index(label)]
+
+    def items(self):
+        return zip(self.labels, self.values)
 
 
 @pytest.fixture

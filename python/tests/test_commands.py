@@ -6,11 +6,13 @@ import html
 import json
 import math
 import subprocess
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import librate
+from conftest import Series
 from librate import _native
 
 PENDULUM = """
@@ -49,12 +51,19 @@ def test_sweep():
     assert next(csv.reader(io.StringIO(repr(sweep)))) == ["c", "omega1", "omega2"]
 
 
-def test_a_range_is_an_array_of_equally_spaced_values():
+def test_a_range_is_a_list_or_an_array_of_equally_spaced_values():
     pair = librate.Model(PAIR)
     known = pair.sweep({"c": (0, 0.3, 4)})
     assert repr(pair.sweep({"c": np.linspace(0, 0.3, 4)})) == repr(known)
     assert repr(pair.sweep({"c": np.array([0, 4, 8])})) == repr(pair.sweep("c=0..8:3"))
-    for values in (np.geomspace(1, 8, 4), [0, 2, 4, 6], np.array([np.nan, 1.0]), np.eye(2), np.array([])):
+    # Only a tuple has the ends and their count.
+    assert pair.sweep({"c": (1, 2, 3)}).over.tolist() == [1, 1.5, 2]
+    for values in ([1, 2, 3], range(1, 4), ["1", 2, Fraction(3)], np.array([1, 2, 3]), Series([1.0, 2.0, 3.0])):
+        assert pair.sweep({"c": values}).over.tolist() == [1, 2, 3]
+    assert repr(pair.sweep({"c": np.linspace(0, 1, 11, dtype=np.float32)})) == repr(pair.sweep("c=0..1:11"))
+    masked = np.ma.array([1, 2, 3], mask=[0, 1, 0])
+    wrong = [np.geomspace(1, 8, 4), [0, 2, 5, 6], np.array([np.nan, 1.0]), np.eye(2), np.array([]), masked, {0, 1}, "123", [1j]]
+    for values in wrong:
         with pytest.raises(ValueError, match=r"\(0, 8, 17\).* equally spaced"):
             pair.sweep({"c": values})
 
@@ -134,6 +143,11 @@ def test_batch_of_sets_that_fail():
     found = librate.Model(PAIR).batch({"k": [1.0, np.nan], "m": [1.0, -1.0]})
     assert found.outcome.tolist() == ["solved", "not finite"] and np.all(np.isnan(found.omega[1]))
     assert librate.Model(PAIR).batch({"k": []}).omega.shape == (0, 2)
+    masked = librate.Model(PAIR).batch({"k": np.ma.array([1.0, 2.0], mask=[False, True])})
+    assert masked.outcome.tolist() == ["solved", "not finite"]
+    for values in (np.array([1, 1j]), [1j], b"12", bytearray(b"12"), {0: 1.0}):
+        with pytest.raises(librate.ArgumentTypeError):
+            librate.Model(PAIR).batch({"k": values})
 
 
 def test_motion_of_an_oscillator():
@@ -156,6 +170,10 @@ def test_floquet_of_a_pumped_swing_and_a_chart(models):
     # Without any force a body drifts away.
     expected = [[1, 0, 0], [1, 1, 1], [1, 1, 0], [1, 0, 0], [np.nan, 0, 0]]
     assert np.array_equal(chart.stable, expected, equal_nan=True)
+    mathieu = librate.Model.open(models / "mathieu.lag")
+    assert repr(mathieu.floquet(map={"a": (4, 0, 5), "q": (0, 2, 3)})) == repr(chart)
+    # Both axes may be one value, again and again.
+    assert mathieu.floquet(map=({"a": (1, 1, 3)}, {"q": (0.3, 0.3, 2)})).stable.shape == (3, 2)
     with pytest.raises(librate.Error) as caught:
         swing.modes()
     assert "floquet" in str(caught.value) and swing.is_driven
@@ -277,6 +295,11 @@ def test_names_stay_different_in_sympy():
     found = librate.Model(text).derive().to_sympy()
     one, two, other = (found.symbols[name] for name in ("m[1]", "m[2]", "m_1"))
     assert len({one, two, other}) == 3 and found.mass == sympy.diag(one, two + other)
+    text = "param t_ = 2  param _t = 3  param _ = 4  param x_ = 5  coord x  T = 1/2*t_*_*x'^2  V = 1/2*_t*x_*x^2"
+    found = librate.Model(text).derive().to_sympy()
+    names = ["t_", "_t", "_", "x_", "x"]
+    assert {name: found.symbols[name].name for name in names} == {name: name for name in names}
+    assert found.equations[0].lhs.coeff(sympy.Function("x")(found.t)) == sympy.Symbol("_t") * sympy.Symbol("x_")
 
 
 def test_letters_of_the_imaginary_unit_are_names_of_a_model():
@@ -295,11 +318,6 @@ def test_letters_of_the_imaginary_unit_are_names_of_a_model():
         assert found.mass[0] == mass and found.stiffness[0] == stiffness
         exponents = [one["exponent"] for one in found.exponents]
         assert len(exponents) == 2 and all(sympy.simplify(mass * one**2 + stiffness) == 0 for one in exponents)
-    text = "param t_ = 2  param _t = 3  param _ = 4  param x_ = 5  coord x  T = 1/2*t_*_*x'^2  V = 1/2*_t*x_*x^2"
-    found = librate.Model(text).derive().to_sympy()
-    names = ["t_", "_t", "_", "x_", "x"]
-    assert {name: found.symbols[name].name for name in names} == {name: name for name in names}
-    assert found.equations[0].lhs.coeff(sympy.Function("x")(found.t)) == sympy.Symbol("_t") * sympy.Symbol("x_")
     full = librate.Model("param i = 1  param j = 2  param I = 3  coord x  T = 1/2*i*j*x'^2  V = 1/2*I*x^2")
     with pytest.raises(librate.Error, match="no letter for the imaginary unit"):
         full.derive().to_sympy()

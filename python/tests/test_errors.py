@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import librate
+from conftest import Series
 
 TABLED = """
 table masses = "masses.csv"
@@ -118,6 +119,7 @@ def test_other_requests_that_can_not_be_met():
         lambda: model.batch({"q": [1.0]}),
         lambda: model.batch({}),
         lambda: model.batch({"k": [[1.0, 2.0]]}),
+        lambda: model.modes(certify=np.full((1, 1), np.nan)),
         lambda: model.plot("sound"),
         lambda: model.plot("period", amplitude=1),
         lambda: model.export("cobol"),
@@ -141,7 +143,8 @@ def test_other_requests_that_can_not_be_met():
 STRANGE = [
     None, 0, -1, 5, 2**70, -(2**70), 1.5, math.nan, math.inf, True, "", "x", "k=1..2:3", "nul\0", "\ud800", b"x", [], [1], ["k", "x"],
     (1, 2), (1, 2, 3), {}, {"k": 1}, {"k": (1, 2, 3)}, {1: 2}, {"k": "a"}, {"k": [[1]]}, object(), np.array([[1.0]]), np.array(["a"]),
-    1j, Decimal("NaN"), range(3), {"k"}, len,
+    1j, Decimal("NaN"), range(3), {"k"}, len, dict, np.array([1.0, 2.0]), Series([1.0, 2.0]), Series(["1"], ["k"]), np.ma.masked,
+    {"k": Series([1, 2])}, {"k": (1, 2, 2), "x": (1, 2, 2)}, {"k=1..2:3", "x=1..2:3"}, {"k": {1: 2}}, {"k": np.ma.masked},
 ]  # fmt: skip
 
 

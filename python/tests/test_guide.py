@@ -17,6 +17,7 @@ model.period(1.5), model.period(np.float32(1.5)), model.period(np.array(1.5)), m
 model.motion({"x": fractions.Fraction(1, 3)}, until=decimal.Decimal(2), at=np.linspace(0, 1, 3))
 model.sweep({"k": np.linspace(0, 8, 5)}), model.equilibria({"x": (-2.0, "pi")}, over={"k": [np.int64(0), 1, 2]})
 librate.Model("", set={"m": [1, "1/2", 0.5], "k": np.ones((2, 2)), "l": [[1, 2], [3, 4]]})
+model.floquet(map={"k": (0, 1, 2), "m": [1, 2]}), model.show(over=["k=1..2:3", {"m": np.array([1, 2])}])
 librate.inertia("", mass=1, density=2.0), model.derive(limit={"k": 0})
 model.period(1j)
 """

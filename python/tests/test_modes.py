@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import librate
+from conftest import Series
 
 CHAIN = """
 param N = 5  param k = 1  param m = 1
@@ -73,6 +74,12 @@ def test_certified_vectors_of_another_solver():
     squares, columns = np.linalg.eigh(matrices["K"])
     modes = chain.modes(certify=columns[:, :2].T)
     assert np.all(np.abs(modes.omega - np.sqrt(squares[:2])) < 1e-14) and np.all(modes.error_bound < 1e-13)
+    assert chain.modes(certify=columns[:, 0]).omega == modes.omega[:1]
+    for shapes in (columns[:, :2], columns.ravel(), columns[None], np.eye(3)):
+        with pytest.raises(librate.ArgumentTypeError, match=r"rows of 5 numbers(.|\n)*certify=v\.T"):
+            chain.modes(certify=shapes)
+    with pytest.raises(librate.ArgumentTypeError, match="real numbers"):
+        chain.modes(certify=columns.T * 1j)
 
 
 @pytest.mark.parametrize(
@@ -108,6 +115,12 @@ def test_parameters_are_set_by_numbers_and_texts():
     assert values == {f"m[{i},{j}]": 2.0 * i + j for i in range(3) for j in (1, 2)}
     with pytest.raises(librate.Error, match="has 2 members, but a vector of 3 is given"):
         librate.Model(text, set={"m": [1, 2, 3]})
+    assert librate.Model(text, set={"m": Series([2, 3])}).parameters["m[2]"] == 3
+    assert librate.Model(text, set=Series([8], ["k"])).parameters["k"] == 8
+    # What has no order, or characters for numbers.
+    for values in ({1: 5, 2: 7}, {5, 7}, frozenset([5, 7]), b"57", bytearray(b"57"), memoryview(b"57"), [{1: 5}, 7]):
+        with pytest.raises(librate.ArgumentTypeError, match="a list or an array is needed"):
+            librate.Model(text, set={"m": values})
     # One tenth, not its nearest double.
     assert model.modes(digits=30).digits[1] == "3.16227766016837933199889354443"
 
