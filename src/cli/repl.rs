@@ -1,5 +1,7 @@
 //! `librate repl`: a model that is entered line by line, and how its frequencies move.
 
+mod statements;
+
 use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, ExitCode, Stdio};
@@ -7,7 +9,7 @@ use std::process::{Child, Command as Process, ExitCode, Stdio};
 use clap::{Args, CommandFactory};
 use librate::diagnostic::{Diagnostic, nearest};
 use librate::model::{ModelError, Settings, TableTexts, elaborate, units_with_prefixes};
-use librate::syntax::{self, Binding, FUNCTIONS, IndexKind, Indices, Name, STATEMENT_WORDS, StatementKind};
+use librate::syntax::{self, FUNCTIONS, STATEMENT_WORDS, StatementKind};
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
 use rustyline::highlight::Highlighter;
@@ -22,10 +24,11 @@ use super::input::{Source, read_model};
 use super::lsp::complete::{is_letter, is_unit, without_word};
 use super::output::{feed, same_file, write_file, write_messages, write_out};
 use super::{Failure, complain, ended, fault};
+use statements::{Typed, behind_equals, bindings_of, declared, declared_name, rank, with_member, with_value};
 
 const HELP: &str = "\
 a statement          declares, or takes the place of what declared the same name: `param k = 8`
-NAME = VALUE         another value for a parameter
+NAME = VALUE         another value for a parameter or a `let`, `m[2] = 3` for a member of a family
 modes, derive, …     a command of librate about the model, with its options: `modes --digits 20`
 text                 the model so far
 undo                 as before the last change
@@ -161,7 +164,10 @@ impl Session {
                 write_file(Path::new(file), &self.text(), &mut source)?;
                 self.file = Some(PathBuf::from(file));
             }
-            command if is_command(command) => self.run(&words)?,
+            // `period` is a statement as well, with an expression in place of options.
+            command if is_command(command) && !(STATEMENT_WORDS.contains(&command) && has_operand(&words)) => {
+                self.run(&words)?;
+            }
             "set" if text.contains('=') => {
                 return Err(fault(format!("write `{}`", text.trim_start_matches("set").trim_start())));
             }
@@ -212,22 +218,27 @@ impl Session {
     /// Statements, or another value.
     fn change(&mut self, text: &str) -> Result<(), Failure> {
         let before = self.entries.clone();
-        let value = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
-        match value.filter(|(name, _)| is_name(name) && !STATEMENT_WORDS.contains(name)) {
-            Some((name, value)) => {
-                self.set(name, value)?;
-                let told = mistakes(&self.text());
-                // A value that makes a mistake is no value.
-                if told.len() > mistakes(&entered(&before)).len() {
-                    let source = Source { name: "<input>".to_owned(), text: self.text(), taken: Vec::new() };
-                    self.entries = before;
-                    return Err(Failure::Model(source, told.iter().map(Diagnostic::from).collect()));
-                }
-            }
-            None => self.declare(text)?,
+        let done = match given(text) {
+            Some(name) => self.set(name, text).and_then(|()| self.check(&before)),
+            None => self.declare(text),
+        };
+        if let Err(failure) = done {
+            self.entries = before;
+            return Err(failure);
         }
         self.before.push(before);
         self.show()
+    }
+
+    /// A value that makes a mistake is no value.
+    fn check(&self, before: &[String]) -> Result<(), Failure> {
+        let told = |text: &str| -> Vec<Diagnostic> { mistakes(text).iter().map(Diagnostic::from).collect() };
+        let known: Vec<String> = told(&entered(before)).into_iter().map(|own| own.message).collect();
+        let new: Vec<Diagnostic> = told(&self.text()).into_iter().filter(|own| !known.contains(&own.message)).collect();
+        if new.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::Model(Source { name: "<input>".to_owned(), text: self.text(), taken: Vec::new() }, new))
     }
 
     fn declare(&mut self, text: &str) -> Result<(), Failure> {
@@ -258,8 +269,9 @@ impl Session {
             let is_replaced = |name: &String| own.contains(name) || clashes && families.contains(&family(name));
             let all = same.iter().flat_map(|at| others(&self.entries[*at])).collect::<Vec<_>>();
             if let Some(left) = all.iter().find(|name| !is_replaced(name)) {
-                let how = "declare all of it again, or give a value with `NAME = VALUE`";
-                return Err(fault(format!("`{left}` is declared in the same statement: {how}")));
+                let has_value = matches!(statement.kind, StatementKind::Param(_));
+                let how = if has_value { ", or give a value with `NAME = VALUE`" } else { "" };
+                return Err(fault(format!("`{left}` is declared in the same statement: declare all of it again{how}")));
             }
             match same.split_first() {
                 Some((at, rest)) => {
@@ -278,26 +290,57 @@ impl Session {
         Ok(())
     }
 
-    /// Puts another value into the statement of a parameter.
-    fn set(&mut self, name: &str, value: &str) -> Result<(), Failure> {
+    /// Puts the value of `NAME = VALUE` into the statements that give one to the name.
+    fn set(&mut self, name: &str, text: &str) -> Result<(), Failure> {
+        let typed = format!("param {}", text.replacen("][", ", ", text[..name.len()].matches("][").count()));
+        let parsed = syntax::parse(&typed).map_err(|errors| wrong(&typed, &errors))?;
+        let [syntax::Statement { kind: StatementKind::Param(bindings), span }] = parsed.statements.as_slice() else {
+            return self.declare(text);
+        };
+        let [new] = bindings.as_slice() else { return self.declare(text) };
+        let Some(value) = new.value else { return self.declare(text) };
+        let value = Typed {
+            text: typed[behind_equals(&typed, parsed.expr(value).span.start)..span.range().end].trim(),
+            is_uncertain: new.uncertainty.is_some(),
+        };
+        let wanted = declared_name(&new.name, new.indices.as_deref(), &typed);
+        let [mut is_declared, mut is_given] = [false; 2];
         for entry in &mut self.entries {
-            let Ok(parsed) = syntax::parse(entry) else { continue };
-            let bindings = parsed.statements.iter().flat_map(|statement| statement.kind.parameters());
-            let mut named = bindings.filter(|binding| *binding.name.text == *name);
-            let Some(binding) = named.next() else { continue };
-            let shared = |other: &syntax::Binding| other.value == binding.value && other.name != binding.name;
-            if binding.indices.is_some() || parsed.statements.iter().any(|own| own.kind.parameters().iter().any(shared))
-            {
-                break;
+            let count = statements(entry).iter().map(|own| bindings_of(&own.kind).len()).sum();
+            // From the last one on: what is changed moves none before it.
+            for at in (0..count).rev() {
+                let Ok(parsed) = syntax::parse(entry) else { continue };
+                let Some(statement) = parsed.statements.first() else { continue };
+                let Some(old) = bindings_of(&statement.kind).get(at) else { continue };
+                if old.name.text != new.name.text {
+                    continue;
+                }
+                is_declared = true;
+                let own = declared_name(&old.name, old.indices.as_deref(), entry);
+                let changed = if new.indices.is_none() || own == wanted {
+                    Some(with_value(&parsed, statement, at, entry, &value))
+                } else {
+                    with_member(&parsed, statement, at, (entry, &typed, new), value.text)
+                };
+                let Some(changed) = changed else { continue };
+                syntax::parse(&changed).map_err(|errors| wrong(&changed, &errors))?;
+                *entry = changed;
+                is_given = true;
             }
-            let Some(old) = binding.value else { break };
-            let span = parsed.expr(old).span.range();
-            let new = format!("{}{value}{}", &entry[..span.start], &entry[span.end..]);
-            syntax::parse(&new).map_err(|errors| wrong(&new, &errors))?;
-            *entry = new;
-            return Ok(());
         }
-        Err(fault(format!("no statement gives `{name}` alone a value: declare it with `param {name} = {value}`")))
+        match (is_given, is_declared) {
+            (true, _) => Ok(()),
+            (false, true) => Err(fault(format!(
+                "`{wanted}` has no value of its own: `{0} = VALUE` gives one to all of `{0}`",
+                new.name.text
+            ))),
+            // As a line of the model it is explained.
+            (false, false) => {
+                let whole = self.text() + text;
+                syntax::parse(&whole).map_err(|errors| wrong(&whole, &errors))?;
+                self.declare(text)
+            }
+        }
     }
 
     /// All names that are declared.
@@ -358,6 +401,18 @@ impl Session {
     }
 }
 
+/// The name or the member in `NAME = VALUE`.
+fn given(text: &str) -> Option<&str> {
+    let name = text.split_once('=')?.0.trim_end();
+    let (head, indices) = name.find('[').map_or((name, "[]"), |at| name.split_at(at));
+    (is_name(head.trim_end()) && !STATEMENT_WORDS.contains(&head.trim_end()) && indices.ends_with(']')).then_some(name)
+}
+
+/// Whether something else than options stands behind the first word.
+fn has_operand(words: &[String]) -> bool {
+    words.get(1).is_some_and(|word| !word.starts_with('-'))
+}
+
 /// A model of so many statements.
 fn entered(entries: &[String]) -> String {
     entries.iter().map(|entry| format!("{entry}\n")).collect()
@@ -413,49 +468,6 @@ fn is_command(word: &str) -> bool {
 fn is_name(text: &str) -> bool {
     let mut letters = text.chars();
     letters.next().is_some_and(char::is_alphabetic) && letters.all(is_letter)
-}
-
-/// What a statement declares; another one of the same takes its place. The members of a family that are declared one by one are different.
-fn declared(kind: &StatementKind, text: &str) -> Vec<String> {
-    let of = |name: &Name, indices: &Option<Box<Indices>>| {
-        let Some(indices) = indices else { return name.text.to_string() };
-        let entry = |at: usize| match &indices.entries[at].kind {
-            IndexKind::Member(_) => text[indices.entries[at].span.range()].split_whitespace().collect(),
-            IndexKind::Range { .. } | IndexKind::Rows { .. } => "..".to_owned(),
-        };
-        let entries: Vec<String> = (0..indices.entries.len()).map(entry).collect();
-        let filter = if indices.filter.is_some() { &text[indices.span.range()] } else { "" };
-        format!("{}[{}]{filter}", name.text, entries.join(","))
-    };
-    let bound = |own: &Binding| of(&own.name, &own.indices);
-    match kind {
-        StatementKind::Model { .. } => vec!["model".to_owned()],
-        StatementKind::Param(bindings) => bindings.iter().map(bound).collect(),
-        StatementKind::Coord { declarations } => declarations.iter().map(|own| of(&own.name, &own.indices)).collect(),
-        StatementKind::Let(own) => vec![bound(own)],
-        StatementKind::Table { name, .. } => vec![name.text.to_string()],
-        StatementKind::Kinetic(_) => vec!["T".to_owned()],
-        StatementKind::Potential(_) => vec!["V".to_owned()],
-        StatementKind::Lagrangian(_) => vec!["lagrangian".to_owned()],
-        StatementKind::Dissipation(_) => vec!["dissipation".to_owned()],
-        StatementKind::Period(_) => vec!["period".to_owned()],
-        StatementKind::Force(own) => vec![format!("force {}", bound(own))],
-        StatementKind::Guess { binding, rate } => vec![format!("guess {rate} {}", bound(binding))],
-        StatementKind::Equilibrium { binding, rate } => vec![format!("equilibrium {rate} {}", bound(binding))],
-        StatementKind::Constraint { .. } | StatementKind::Assume(_) | StatementKind::Draw { .. } => Vec::new(),
-    }
-}
-
-/// Which statements need which: those of a rank only what has a lower one, or the same.
-fn rank(kind: &StatementKind) -> u8 {
-    match kind {
-        StatementKind::Model { .. } => 0,
-        StatementKind::Table { .. } => 1,
-        StatementKind::Param(_) => 2,
-        StatementKind::Coord { .. } => 3,
-        StatementKind::Let(_) => 4,
-        _ => 5,
-    }
 }
 
 /// Words between spaces, as a shell has them; quotes hold together.

@@ -200,6 +200,59 @@ fn statements_replace_what_they_declare_and_nothing_else() {
     assert_eq!(run.out, "param a[1] = 1, a[2] = 2\n");
 }
 
+/// The model after the last line, and what is said.
+fn typed(text: &str) -> (String, String) {
+    let run = answers(&folder("values"), &[], &format!("{text}\ntext\n"));
+    (run.out, run.err)
+}
+
+#[test]
+fn names_members_and_shared_names_take_other_values() {
+    for (text, model) in [
+        ("param m[1..2] = [3, 4]\nm[2] = 7", "param m[1..2] = [3, 7]\n"),
+        ("param m[0..2] : kg = 5\nm[1] = 7/2", "param m[0..2] : kg = [5, 7/2, 5]\n"),
+        ("param m[1..2] = 2\nm = [3,4]", "param m[1..2] = [3,4]\n"),
+        ("param m[1..2] = [3, 4]\nm = 5", "param m[1..2] = 5\n"),
+        ("param m[1] = 1, m[2] = 2\nm[ 2 ] = 3", "param m[1] = 1, m[2] = 3\n"),
+        ("param A[1,2] = 1\nA[1][2] = 3", "param A[1,2] = 3\n"),
+        ("param a, b = 3\na = 2", "param b = 3, a = 2\n"),
+        ("param a, b, c : kg = 3 ± 0.1, d = 4\nb = 2", "param a, c : kg = 3 ± 0.1, d = 4, b : kg = 2 ± 0.1\n"),
+        ("param a, b : kg\na = 2", "param b : kg, a : kg = 2\n"),
+        ("param k : N/m\nk = 2", "param k : N/m = 2\n"),
+        ("let y = 2\ny = 3", "let y = 3\n"),
+        ("param k = (4) ± 0.1\nk = 9   # stiffer", "param k = 9 ± 0.1\n"),
+        ("param k = 4 ± 0.1, j = 1\nk = 9 +/- 0.2  # stiffer", "param k = 9 +/- 0.2, j = 1\n"),
+    ] {
+        assert_eq!(typed(text), (model.to_owned(), String::new()), "{text}");
+    }
+}
+
+/// What is said of a value that no statement has, and nothing changes.
+#[test]
+fn values_without_a_place_are_explained() {
+    for (before, line, part) in [
+        ("coord x\n", "x = 3", "write `equilibrium x = …`"),
+        ("param m[i in 1..3] = i\n", "m[2] = 7", "`m = VALUE` gives one to all of `m`"),
+        ("param m[1..2] = 2\n", "m = [3, 4, 5]", "`m` has 2 members, but 3 values are given"),
+        ("param m[1..2] = 2\n", "m[3] = 4", "`m[3]` has no value of its own"),
+        ("param a[1..2], b[1..2] = 2\n", "a[2] = 4", "`a[2]` has no value of its own"),
+        ("let y = 2\n", "y = 3 ± 1", "E0041"),
+        ("param m[1] = 1\nparam m[2] = 2\n", "m = [3, 4]", "error"),
+        ("coord x, y\n", "coord x : m", "`y` is declared in the same statement: declare all of it again\n"),
+    ] {
+        let (model, told) = typed(&format!("{before}{line}"));
+        assert!(model == before && told.contains(part), "{line}: {told}\n{model}");
+    }
+}
+
+#[test]
+fn a_period_is_a_statement_or_a_command() {
+    let model = "param W = 2\ncoord x\nT = 1/2*x'^2\nV = 1/2*x^2\n";
+    let (out, told) = typed(&format!("{model}period 2*pi/W\nundo\nperiod --amplitude 1"));
+    assert!(out.ends_with(model) && out.contains("6.28318"), "{out}{told}");
+    assert!(typed("param W = 2\nperiod 2*pi/W").0.ends_with("period 2*pi/W\n"));
+}
+
 #[test]
 fn other_commands_have_the_model_typed_so_far() {
     let folder = folder("commands");
@@ -230,7 +283,7 @@ fn mistakes_do_not_end_the_conversation() {
     assert_eq!(run.status, 0);
     for part in [
         "there is no statement `nonsense`",
-        "no statement gives `j`",
+        "a statement word is missing before `j`",
         "nothing has been changed",
         "`z` is not declared",
         "save it where",
