@@ -105,6 +105,9 @@ Error SyntaxError {
     } => match suggestion {
         Some(meant) if *is_certain => at(*span, "not a statement word").written(*span, *meant),
         Some(meant) => at(*span, "not a statement word").with_help(perhaps_meant(word, meant)),
+        None if *is_certain => at(*span, "not needed")
+            .with_help("remove it: a statement ends where the next one begins, a model with the file")
+            .replacing(*span, ""),
         None if is_control(word) => at(*span, "nothing is repeated or chosen")
             .with_help("a sum is written `sum(i in 1..n, …)`, a family `let a[i in 1..n] = …`"),
         None if is_import(word) => at(*span, "nothing has to be imported")
@@ -500,8 +503,10 @@ Error SyntaxError {
         let is_whole = is_word || character.chars().count() == 1;
         match (fix, at(*span, what)) {
             (Some(fix), told) if *is_glued => told.with_help(format!("write `{fix}`")),
-            (Some(fix), told) if is_whole || fix.starts_with('^') => told.written(*span, fix.as_str()),
-            (Some(fix), told) => told.with_help(format!("write `{fix}`")),
+            (Some(fix), told) if is_whole || fix.starts_with('^') => {
+                told.with_help(format!("write `{}`", fix.trim())).replacing(*span, fix.as_str())
+            }
+            (Some(fix), told) => told.with_help(format!("write `{}`", fix.trim())),
             (None, told) => told.or_help(hint.map(str::to_owned)),
         }
     },

@@ -271,13 +271,19 @@ impl<'s> Splitter<'s> {
                 let mut words = Lexer::new(rest, Span::new(0, rest.len() as u32)).map(|own| own.text(rest));
                 let is_sum = open && words.nth(2) == Some("in");
                 let before = self.source.get(..span.range().start).and_then(|before| before.chars().next_back());
-                let is_glued = matches!(text, "√" | "½" | "⅓" | "¼" | "¾")
-                    && before.is_some_and(|c| c.is_alphanumeric() || c == '_');
+                let is_fraction = matches!(text, "½" | "⅓" | "¼" | "¾");
+                // `1½` is 3/2.
+                let whole = self.previous.filter(|own| own.kind == TokenKind::Number && !token.first_on_line);
+                let whole = whole.filter(|_| is_fraction).map(|own| own.text(self.source));
+                let is_glued = whole.is_some() || (is_fraction || text == "√") && before.is_some_and(is_word_rest);
                 let read = if text == "&" && rest.trim_start().starts_with('=') { "&=" } else { text };
                 let (fix, hint) = match lookalike::advice(read) {
                     _ if text == "√" && open => (Some("sqrt".to_owned()), None),
                     _ if text == "∑" && is_sum => (Some("sum".to_owned()), None),
-                    Lookalike::Write(fix) => (Some(fix), None),
+                    Lookalike::Write(fix) => match whole {
+                        Some(whole) => (Some(format!("({whole} + {})", fix.trim_matches(['(', ')']))), None),
+                        None => (Some(apart(fix, before, rest.chars().next())), None),
+                    },
                     Lookalike::Say(hint) => (None, Some(hint)),
                     Lookalike::Unknown => (None, None),
                 };
@@ -445,6 +451,15 @@ impl<'s> Splitter<'s> {
 
 fn next_token(rest: Lexer<'_>) -> Option<Token> {
     rest.code().next()
+}
+
+/// A word with blanks where letters or digits stand beside it: `i in 1..2` for `i∈1..2`.
+fn apart(word: String, before: Option<char>, behind: Option<char>) -> String {
+    let is_glued =
+        |own: Option<char>, beside: Option<char>| own.is_some_and(is_word_rest) && beside.is_some_and(is_word_rest);
+    let blank = |is_glued: bool| if is_glued { " " } else { "" };
+    let [left, right] = [is_glued(before, word.chars().next()), is_glued(word.chars().next_back(), behind)].map(blank);
+    format!("{left}{word}{right}")
 }
 
 /// `1.` as `1.0`, `.5` as `0.5`.

@@ -80,12 +80,16 @@ fn foreign_comment(source: &str, before: Option<Token>, token: Token, complete: 
         own.kind == TokenKind::Word && !words::is_connective(word) && !words::is_statement_word(word)
     };
     let are_words = first_two.into_iter().all(|own| own.is_some_and(plain));
-    let stands_off = first_two[0].is_none_or(|own| own.start > 0);
-    let is_percentage = mark == "%"
-        && token.glued
-        && before.is_some_and(|before| before.kind == TokenKind::Number)
-        && stands_off
-        && !is_text;
+    // `x^2 % potential` is no percentage, `50% of it` is one, and `50 % of it` may be.
+    let is_value = |own: Token| {
+        let head = source.get(..own.start as usize).unwrap_or_default();
+        own.kind == TokenKind::Number && !head.trim_end_matches(['-', ' ']).ends_with('^')
+    };
+    let behind_value = mark == "%" && !token.first_on_line && before.is_some_and(is_value);
+    let is_percentage = behind_value
+        && first_two[0].is_none_or(|own| {
+            !operand(own) || words::is_statement_word(own.text(line)) || token.glued && own.start > 0
+        });
     let help = match (mark, end) {
         // `param p : % = 5` is meant as a unit, `1 ± 10%` as a percentage.
         _ if before.is_some_and(|before| before.kind == TokenKind::Colon) || is_percentage => return None,
@@ -99,9 +103,9 @@ fn foreign_comment(source: &str, before: Option<Token>, token: Token, complete: 
             let is_whole = inside.find(end).is_some_and(|at| at + end.len() == inside.len());
             (!is_whole).then_some("write `#` before each line of it, and what follows on a line of its own")
         }
-        _ if token.first_on_line && complete || is_text => None,
+        _ if token.first_on_line && complete || is_text && !behind_value => None,
         ("//", _) => Some("write `#`; a quotient without its remainder is written `floor(a/b)`, in ranges and indices"),
-        _ => Some("write `#`; a remainder is written `mod(a, b)`"),
+        _ => Some("write `#`; 10% is `0.1`, a remainder is written `mod(a, b)`"),
     };
     let span = Span::new(token.start, token.start + mark.len() as u32);
     Some(SyntaxError::ForeignComment { help, span })

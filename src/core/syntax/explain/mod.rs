@@ -41,7 +41,11 @@ pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> S
         let declared = fixes::given_by(source, token, next);
         SyntaxError::MissingStatementWord { name: text.to_owned(), fix: None, declared, span: token.span() }
     } else {
-        let is_certain = suggestion.is_some_and(|own| words::synonym(text) == Some(own) || is_misspelt(text, own));
+        // `end` on a line of its own is not needed.
+        let is_certain = match suggestion {
+            Some(own) => words::synonym(text) == Some(own) || is_misspelt(text, own),
+            None => text == "end" && next.is_none_or(|next| next.first_on_line),
+        };
         SyntaxError::UnknownStatement { word: text.to_owned(), suggestion, is_certain, span: token.span() }
     }
 }
@@ -71,7 +75,8 @@ pub(super) fn unknown_statement(
     }
     let suggestion = suggested(source, found, after);
     let meant = if found.first_on_line {
-        suggestion.is_some() || before_word || after.is_some_and(|after| binds(source, after))
+        let is_end = found.text(source) == "end" && !fixes::is_declared(source, found.start, "end");
+        suggestion.is_some() || before_word || is_end || after.is_some_and(|after| binds(source, after))
     } else {
         suggestion.is_some() && before_word
     };
