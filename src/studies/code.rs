@@ -110,7 +110,7 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     }
     let n = model.coordinates.len();
     if n > MOST_COORDINATES {
-        return Err(LinearizeError::TooLarge { coordinates: n, most: MOST_COORDINATES });
+        return Err(LinearizeError::TooLarge { coordinates: n, most: MOST_COORDINATES, in_code: true });
     }
     let matrices = match linearize::derive(model.clone()) {
         Err(LinearizeError::TimeDependent { .. }) => None,

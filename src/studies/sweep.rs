@@ -103,7 +103,7 @@ impl Sweep {
     pub fn value(&self, place: usize) -> f64 {
         let ends = self.ends.as_ref().filter(|_| place < self.range.len());
         let value = ends.and_then(|ends| rational(ends, &self.range, place));
-        let value = value.map(|value| Ball::from_number(&value, ()).mid_f64());
+        let value = value.map(|value| value.to_f64());
         value.or_else(|| self.range.value(place)).unwrap_or(f64::NAN)
     }
 

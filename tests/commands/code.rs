@@ -378,6 +378,7 @@ fn what_has_no_code_is_refused() {
     assert!(named.contains(" from three_pendulums.lag. All") && !named.contains("1.0*"), "{named}");
     let large = run(&["export", "models/chain_walls.lag", "--set", "N=201", "--code", "python"]);
     assert!(large.status == 1 && large.err.contains("201 coordinates"), "{}", large.err);
+    assert!(large.err.contains("`librate export --matrix-market`") && !large.err.contains("--lowest"), "{}", large.err);
     assert_eq!(run(&["export", PENDULUMS, "--code", "fortran"]).status, 2);
     assert_eq!(run(&["export", PENDULUMS, "--code", "c", "--npz"]).status, 2);
     // To standard output without a file, and a parameter without a value is no number.
@@ -387,4 +388,9 @@ fn what_has_no_code_is_refused() {
         "{}",
         open.err
     );
+    for (value, told) in [("1.7e308", "\"k\": 1.7e308"), ("2e308", "beyond the range of doubles")] {
+        let model = format!("param k = {value}  coord x  T = x'^2/2  V = k*x^2/2");
+        let far = with_input(&["export", "-", "--code", "python"], &model);
+        assert!((far.out + &far.err).contains(told), "{value}");
+    }
 }

@@ -99,6 +99,11 @@ fn what_is_no_range_is_refused() {
     // Parts beyond the range of doubles.
     let range = Range::parse("k=1..2*exp(800)/(exp(800) + 1):2").unwrap();
     assert_eq!(range.value(1), Some(2.0));
+    // Up to the largest double.
+    let far =
+        with_input(&["sweep", "-", "--over", "k=1e300..1.5e308:2"], "param k = 1  coord x  T = x'^2/2  V = k*x^2/2");
+    assert_eq!(far.out, "k,omega1\n1e300,1.000000000e150\n1.5e308,1.224744871e154\n", "{}", far.err);
+    assert!(Range::parse("k=1..2e308:2").unwrap_err().to_string().contains("too large a number"));
     let range = Range::parse("W=sqrt(2)..pi:3").unwrap();
     assert_eq!(range.value(0), Some(2.0_f64.sqrt()));
     assert_eq!(range.value(2), Some(std::f64::consts::PI));

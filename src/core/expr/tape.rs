@@ -306,7 +306,10 @@ impl<S: Scalar> Prepared<S> {
 /// The number that an expression without symbols comes to.
 pub fn evaluate_closed<S: Scalar>(pool: &Pool, value: ExprId, precision: S::Precision) -> Option<S> {
     if let Node::Number(number) = pool.node(value) {
-        return Some(S::from_number(number, precision));
+        let own = S::from_number(number, precision);
+        if own.is_finite() {
+            return Some(own);
+        }
     }
     let tape = Tape::compile(pool, &[value], &[]).ok()?;
     let own = tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new());

@@ -303,10 +303,13 @@ Error LinearizeError {
         coordinates: usize,
         /// How many are possible.
         most: usize,
-    } => nowhere()
-        .with_help(
-            "some of the modes need no dense matrices: `librate modes --lowest 10`; with constraints, friction that acts at rest or a search for the equilibrium use fewer coordinates",
-        ),
+        /// Whether they are too many for source code.
+        in_code: bool,
+    } => nowhere().with_help(if *in_code {
+        "source code is for small models; `librate export --matrix-market` and `--npz` write sparse matrices of any number of coordinates"
+    } else {
+        "some of the modes need no dense matrices: `librate modes --lowest 10`; with constraints, friction that acts at rest or a search for the equilibrium use fewer coordinates"
+    }),
 } else {
     /// The work or the memory is beyond the budget.
     #[error(transparent)]

@@ -127,7 +127,7 @@ pub fn check_size(coordinates: usize) -> Result<(), LinearizeError> {
     if coordinates <= MOST_COORDINATES {
         return Ok(());
     }
-    Err(LinearizeError::TooLarge { coordinates, most: MOST_COORDINATES })
+    Err(LinearizeError::TooLarge { coordinates, most: MOST_COORDINATES, in_code: false })
 }
 
 /// Refuses more terms than there is memory for, before they are worked out.
