@@ -10,14 +10,19 @@ use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::Ball;
 use librate_core::modes::exponents::{QuadraticProblem, Structure, exponents};
 use librate_core::modes::{Method, SparseQuadratic, Wanted, solve_sparse_quadratic};
+use librate_core::oscillation::sparse_quadratic;
 use librate_core::precision::SparseMatrix;
 use proptest::prelude::*;
 
 use crate::common::model;
 
 fn modes(text: &str, options: &Options) -> NormalModes {
+    modes_by(Method::Arnoldi, text, options)
+}
+
+fn modes_by(method: Method, text: &str, options: &Options) -> NormalModes {
     let found = normal_modes(&linearize(model(text)).unwrap(), options).unwrap();
-    assert_eq!(found.method, Some(Method::Arnoldi), "{text}");
+    assert_eq!(found.method, Some(method), "{text}");
     found
 }
 
@@ -78,7 +83,7 @@ fn a_chain_in_oil() {
     // The same as forces on each coordinate.
     let forces = text.replace("dissipation = sum(i in 1..N, 1/2*c*x[i]'^2)", "force x[i in 1..N] = -c*x[i]'");
     for text in [text, forces] {
-        let found = modes(&text, &Options::default().lowest(6));
+        let found = modes_by(Method::Tridiagonal, &text, &Options::default().lowest(6));
         assert_eq!(found.stability, Stability::Stable);
         for (j, mode) in found.modes.iter().enumerate() {
             assert_eq!(mode.kind, Kind::Damped);
@@ -91,6 +96,74 @@ fn a_chain_in_oil() {
                 let exact = size * (std::f64::consts::PI * ((i + 1) * (j + 1)) as f64 / (n as f64 + 1.0)).sin();
                 let own = mode.vector[i].hypot(mode.imaginary.get(i).copied().unwrap_or(0.0));
                 assert!((own - exact.abs()).abs() <= mode.vector_error_bound + 1e-12, "{own} {exact}");
+            }
+        }
+    }
+}
+
+/// C = a M + b K: zeros of s² + (a + b λ) s + λ with λ those of a chain, of points or of rods between them; slow and fast ones where
+/// friction is large.
+#[test]
+fn friction_like_masses_and_springs() {
+    let n = 400;
+    let text = |a: f64, b: f64, of_rods: bool| {
+        let mass = if of_rods { (2.0 / 3.0, 1.0 / 6.0) } else { (1.0, 0.0) };
+        format!(
+            "param N = {n}  param a = {a}  param b = {b}  param m = {}  param h = {}
+             coord x[1..N]
+             T = sum(i in 1..N, 1/2*m*x[i]'^2) + sum(i in 1..N-1, h*x[i]'*x[i+1]')
+             V = sum(i in 1..N-1, 1/2*(x[i+1] - x[i])^2) + 1/2*x[1]^2 + 1/2*x[N]^2
+             dissipation = 1/2*a*(sum(i in 1..N, m*x[i]'^2) + 2*sum(i in 1..N-1, h*x[i]'*x[i+1]'))
+               + 1/2*b*(sum(i in 1..N-1, (x[i+1]' - x[i]')^2) + x[1]'^2 + x[N]'^2)",
+            mass.0, mass.1
+        )
+    };
+    let exponents = |a: f64, b: f64, of_rods: bool| -> Vec<[f64; 2]> {
+        let each = (1..=n).flat_map(|j| {
+            let stiffness = of_chain(j, n).powi(2);
+            let lambda = stiffness / if of_rods { 1.0 - stiffness / 6.0 } else { 1.0 };
+            let rate = 0.5 * (a + b * lambda);
+            let square = lambda - rate * rate;
+            if square > 0.0 {
+                return vec![[square.sqrt(), -rate]];
+            }
+            let fast = -rate - (-square).sqrt();
+            vec![[0.0, lambda / fast], [0.0, fast]]
+        });
+        let mut all: Vec<[f64; 2]> = each.collect();
+        all.sort_by(|x, y| x[0].total_cmp(&y[0]).then(y[1].total_cmp(&x[1])));
+        all
+    };
+    for (a, b, of_rods) in [
+        (0.1, 0.0, false),
+        (0.002, 0.0, true),
+        (0.04, 0.0, false),
+        (0.0, 0.05, false),
+        (0.01, 0.02, true),
+        (0.02, 0.1, false),
+        (0.3, 0.001, true),
+    ] {
+        let (text, all) = (text(a, b, of_rods), exponents(a, b, of_rods));
+        let budget = |near: f64| {
+            let mut nearest = all.clone();
+            nearest.sort_by(|x, y| (x[0] - near).abs().total_cmp(&(y[0] - near).abs()));
+            nearest.truncate(5);
+            nearest.sort_by(|x, y| x[0].total_cmp(&y[0]));
+            (Options::default().near(near, 5), nearest)
+        };
+        let lowest = (Options::default().lowest(9), all[..9].to_vec());
+        for (options, exact) in [lowest, budget(0.5), budget(1.3)] {
+            let method = if of_rods { Method::Lanczos } else { Method::Tridiagonal };
+            let found = modes_by(method, &text, &options);
+            // That some friction is left at the lowest frequency is not seen from others.
+            let is_seen = a > 0.0 || options.near.is_none();
+            let stability = if is_seen { Stability::Stable } else { Stability::Undecided };
+            assert_eq!((found.stability, found.modes.len()), (stability, exact.len()), "{a} {b}");
+            for (mode, [omega, growth]) in found.modes.iter().zip(&exact) {
+                holds(&mode.omega, *omega, omega.hypot(*growth));
+                holds(&mode.growth, *growth, omega.hypot(*growth));
+                assert_eq!(mode.kind == Kind::Overdamped, *omega == 0.0);
+                assert!(mode.imaginary.is_empty() && mode.vector_error_bound < 1e-11, "{:e}", mode.vector_error_bound);
             }
         }
     }
@@ -112,10 +185,16 @@ fn a_membrane_in_oil() {
     let square = |(j, l): (usize, usize)| of_chain(j, n).powi(2) + of_chain(l, n).powi(2) - 0.25 * c * c;
     let mut exact: Vec<f64> = pairs.map(|pair| square(pair).sqrt()).collect();
     exact.sort_by(f64::total_cmp);
-    let found = modes(&text, &Options::default().lowest(14).without_vectors());
-    for (mode, exact) in found.modes.iter().zip(&exact) {
-        holds(&mode.omega, *exact, *exact);
-        holds(&mode.growth, -0.5 * c, *exact);
+    let found = modes_by(Method::Lanczos, &text, &Options::default().lowest(14).without_vectors());
+    // By Arnoldi steps, which do not know that friction is like the masses.
+    let problem = sparse_quadratic(&linearize(model(&text)).unwrap()).unwrap();
+    let options = Options::default().without_vectors();
+    let other = solve_sparse_quadratic(&problem, Wanted::Lowest(14), &options, &Budget::default()).unwrap();
+    for ((mode, other), exact) in found.modes.iter().zip(&other.entries).zip(&exact) {
+        for (omega, growth) in [(&mode.omega, &mode.growth), (&other.omega, &other.growth)] {
+            holds(omega, *exact, *exact);
+            holds(growth, -0.5 * c, *exact);
+        }
     }
     assert_eq!(found.modes[1].cluster, found.modes[2].cluster);
     assert_eq!((found.stability, found.secular), (Stability::Stable, Some(false)));

@@ -6,6 +6,7 @@
 
 mod exponents;
 mod parts;
+mod proportional;
 mod sparse;
 mod symmetry;
 mod units;

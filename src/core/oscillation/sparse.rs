@@ -1,5 +1,6 @@
 //! Some modes of a large model, from sparse matrices, and all of tridiagonal ones.
 
+use super::proportional::Proportional;
 use super::{NormalModes, exponents, has_shapes, named, symmetry, with_names, zero_motions};
 use crate::linearize::{LinearizeError, Linearized, MOST_COORDINATES, Structure, ZeroMode};
 use crate::modes::exponents::Exponents;
@@ -66,12 +67,37 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     let inner = Options { lowest: None, near: None, given: None, vectors: has_shapes(n, options), ..options.clone() };
     if !is_plain {
         let inner = Options { vectors: options.vectors, ..inner };
+        if let Some(modes) = with_proportional_friction(linearized, (&mass, &stiffness), wanted, &inner)? {
+            return Ok(Some(modes));
+        }
         return match some_exponents(linearized, (mass, &stiffness), wanted, (&inner, must))? {
             Some(modes) => Ok(Some(modes)),
             None => dense("the modes that are wanted were not separated"),
         };
     }
     let problem = SparseProblem { mass, stiffness };
+    let (found, zero_modes) = undamped(linearized, &problem, wanted, &inner)?;
+    let Some((spectrum, method)) = found else {
+        return if must { Err(not_found(n, given)) } else { dense("the modes that are wanted were not separated") };
+    };
+    let is_done = |x: &Ball| x.is_zero() || options.covers(x, true);
+    if !must && !spectrum.modes.iter().all(|mode| is_done(&mode.omega_squared)) {
+        return dense("bounds in double-double do not cover the digits");
+    }
+    Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
+}
+
+/// Modes and method, and the proved zero modes.
+type Undamped = (Option<(Spectrum, Method)>, Vec<ZeroMode>);
+
+/// The modes of M and K alone.
+fn undamped(
+    linearized: &Linearized,
+    problem: &SparseProblem,
+    wanted: Wanted<'_>,
+    options: &Options,
+) -> Result<Undamped, LinearizeError> {
+    let budget = linearized.model().pool.budget();
     let solved = |others: bool| -> Result<_, LinearizeError> {
         let mut zero_modes = Vec::new();
         let mut zero_vectors = || -> Vec<Vec<Ball>> {
@@ -86,7 +112,7 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
             });
             zero_modes.iter().map(|mode| mode.vector.clone()).collect()
         };
-        let found = solve_sparse(&problem, wanted, &mut zero_vectors, &inner, budget);
+        let found = solve_sparse(problem, wanted, &mut zero_vectors, options, budget);
         budget.check()?;
         Ok((found.map_err(|error| named(linearized, &error))?, zero_modes))
     };
@@ -101,14 +127,41 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
             (found, zero_modes) = with_others;
         }
     }
-    let Some((spectrum, method)) = found else {
-        return if must { Err(not_found(n, given)) } else { dense("the modes that are wanted were not separated") };
-    };
-    let is_done = |x: &Ball| x.is_zero() || options.covers(x, true);
-    if !must && !spectrum.modes.iter().all(|mode| is_done(&mode.omega_squared)) {
-        return dense("bounds in double-double do not cover the digits");
+    Ok((found, zero_modes))
+}
+
+/// Damped modes whose friction is proportional to M and K, from those without; `None` where it is not, or others come between.
+fn with_proportional_friction(
+    linearized: &Linearized,
+    (mass, stiffness): (&SparseMatrix, &SparseMatrix),
+    wanted: Wanted<'_>,
+    options: &Options,
+) -> Result<Option<NormalModes>, LinearizeError> {
+    let [velocity, circulatory] = linearized.sparse_velocity();
+    if linearized.structure() != Structure::Damped || circulatory.stored() > 0 {
+        return Ok(None);
     }
-    Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
+    let half = |is_lower: bool| {
+        let half = velocity.entries().filter(|(i, j, _)| i == j || (i > j) == is_lower);
+        let half = half.map(|(i, j, value)| (i.max(j) as u32, i.min(j) as u32, *value));
+        SparseMatrix::from_shares(mass.dimension(), &half.collect::<Vec<_>>())
+    };
+    let damping = half(true);
+    if damping != half(false) {
+        return Ok(None);
+    }
+    let Some(friction) = Proportional::new(mass, stiffness, &damping) else { return Ok(None) };
+    let budget = linearized.model().pool.budget();
+    budget.tell(|| "solver: modes without friction, which is proportional to M and K".to_owned());
+    let problem = SparseProblem { mass: mass.clone(), stiffness: stiffness.clone() };
+    let asked = friction.without(wanted);
+    let (Some((spectrum, method)), _) = undamped(linearized, &problem, asked, options)? else { return Ok(None) };
+    let found = friction.exponents(spectrum, (wanted, asked), options, linearized.is_passive());
+    if found.is_none() {
+        budget.tell(|| "solver: not all of these oscillate, or others are as near".to_owned());
+    }
+    let words = |found| exponents::in_words(linearized, found, Vec::new());
+    Ok(found.map(|found| NormalModes { method: Some(method), ..words(found) }))
 }
 
 /// M and K where they are worth being sparse for so many modes, or `must` be; else why they are not.
