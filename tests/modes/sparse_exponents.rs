@@ -138,6 +138,7 @@ fn friction_like_masses_and_springs() {
         (0.1, 0.0, false),
         (0.002, 0.0, true),
         (0.04, 0.0, false),
+        (0.5, 0.03, false),
         (0.0, 0.05, false),
         (0.01, 0.02, true),
         (0.02, 0.1, false),
@@ -152,7 +153,11 @@ fn friction_like_masses_and_springs() {
             (Options::default().near(near, 5), nearest)
         };
         let lowest = (Options::default().lowest(9), all[..9].to_vec());
-        for (options, exact) in [lowest, budget(0.5), budget(1.3)] {
+        let mut cases = vec![lowest, budget(0.5), budget(1.3)];
+        // Those that do not oscillate are as near, all of them.
+        let slow = all.iter().filter(|own| own[0] == 0.0).count();
+        cases.extend((slow < 3).then(|| budget(0.05)));
+        for (options, exact) in cases {
             let method = if of_rods { Method::Lanczos } else { Method::Tridiagonal };
             let found = modes_by(method, &text, &options);
             // That some friction is left at the lowest frequency is not seen from others.
@@ -163,7 +168,7 @@ fn friction_like_masses_and_springs() {
                 holds(&mode.omega, *omega, omega.hypot(*growth));
                 holds(&mode.growth, *growth, omega.hypot(*growth));
                 assert_eq!(mode.kind == Kind::Overdamped, *omega == 0.0);
-                assert!(mode.imaginary.is_empty() && mode.vector_error_bound < 1e-11, "{:e}", mode.vector_error_bound);
+                assert!(mode.imaginary.is_empty() && mode.vector_error_bound < 1e-8, "{:e}", mode.vector_error_bound);
             }
         }
     }

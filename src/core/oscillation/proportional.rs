@@ -135,7 +135,8 @@ impl Proportional {
                 let most = modes.get(count.checked_sub(1)?).map(off)?;
                 let is_within = |end: f64| {
                     let end = self.slowed(Ball::exact(end));
-                    !end.is_positive() || (end.sqrt().mid_f64() - omega).abs() > most * (1.0 + 1e-9)
+                    let end = if end.is_positive() { end.sqrt().mid_f64() } else { 0.0 };
+                    (end - omega).abs() > most * (1.0 + 1e-9)
                 };
                 if !ends.into_iter().all(is_within) {
                     return None;
