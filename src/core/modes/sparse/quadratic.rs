@@ -155,9 +155,13 @@ pub fn solve_sparse_quadratic(
         roots: pencil.roots,
         pattern: Pattern::default(),
     };
+    // Half the friction of all coordinates together over their mass is about how fast motions decay, which are nearest there.
+    let trace = |of: &SparseMatrix| of.entries().filter(|(i, j, _)| i == j).map(|(.., own)| own.mid_f64()).sum::<f64>();
+    let decay = if near.is_some() { 0.5 * (trace(&problem.velocity) / trace(&problem.mass)).max(0.0) } else { 0.0 };
+    let places = [decay, 0.0].into_iter().take(if decay > 0.0 { 2 } else { 1 });
     // On an exponent there is no decomposition that is of use.
-    let found = ASIDES.iter().find_map(|by| {
-        let sigma = c64::new(0.0, center * (1.0 + by));
+    let found = places.flat_map(|decay| ASIDES.map(|by| (decay, by))).find_map(|(decay, by)| {
+        let sigma = c64::new(-decay, center * (1.0 + by));
         let search = Search { problem, form: &form, definite, bounded, sigma, near, budget };
         search.run(count.min(form.dimension()), options)
     });
@@ -246,12 +250,19 @@ fn symmetric_part(matrix: &SparseMatrix, by: f64) -> SparseMatrix {
 }
 
 impl Search<'_> {
+    /// σ in words.
+    fn about(&self) -> String {
+        let c64 { re, im } = self.sigma;
+        if re == 0.0 { format!("{im:.6e} i") } else { format!("{re:.3e} + {im:.6e} i") }
+    }
+
     /// The exponents; `Some(None)` where rounding leaves no proof, which another σ does not change.
     fn run(&self, count: usize, options: &Options) -> Option<Option<Exponents>> {
         let wanted = if self.near.is_some() { count as f64 } else { 1.5 * count as f64 };
         let mut all = self.approximations((FAR * wanted) as usize + BEYOND, count, &[])?;
         let mut refined: Vec<Refined> = Vec::new();
         let (mut proof, mut seed) = (None, Seed::default());
+        let mut beside = FAR;
         for _ in 0..SEARCHES {
             let distance = |k: usize| (all[k].s - self.sigma).norm();
             // One stands for a pair of conjugates.
@@ -261,7 +272,7 @@ impl Search<'_> {
             let least = if self.near.is_some() { 0.0 } else { self.sigma.im * (1.0 + GAP) };
             let last = distance(enough - 1).max(least);
             // Singular values are nearer to 0 than exponents are to σ: columns beyond those that are wanted keep them away.
-            let far = (enough..all.len()).find(|k| distance(*k) >= FAR * last).unwrap_or(all.len() - 1);
+            let far = (enough..all.len()).find(|k| distance(*k) >= beside * last).unwrap_or(all.len() - 1);
             let k = (enough..=far).rev().find(|k| distance(*k) > (1.0 + GAP) * distance(k - 1).max(last))?;
             let next = distance(k);
             for at in 0..k {
@@ -279,6 +290,8 @@ impl Search<'_> {
                 // Equal exponents have a vector each.
                 Err(0) => return Some(None),
                 Err(missing) => {
+                    // Vectors that are nearly the same may look like one more.
+                    beside *= FAR;
                     all.truncate(k);
                     all.extend(self.approximations(missing + BEYOND, missing, &refined)?);
                 }
@@ -346,7 +359,7 @@ impl Search<'_> {
         self.budget.at("the search for the modes", None);
         let pencil = self.bordered(self.sigma, &[])?;
         let factor = pencil.factor(0.0)?;
-        let told = |what: &str| format!("solver: Arnoldi steps about {:.6e} i, {what}", self.sigma.im);
+        let told = |what: &str| format!("solver: Arnoldi steps about {}, {what}", self.about());
         self.budget.tell(|| told(&format!("L D L^T of {} entries", pencil.fill())));
         let most = (2 * wanted + STEPS).min(2 * n - known.len());
         let known: Vec<[Vec<c64>; 2]> = known.iter().map(|own| own.pair(form)).collect();
@@ -545,7 +558,7 @@ impl Search<'_> {
             }
         }
         self.budget.tell(|| {
-            let about = format!("{:.6e} i", self.sigma.im);
+            let about = self.about();
             match least {
                 Ok(least) => format!("{} exponents, no others within {least:.3e} of {about}", refined.len()),
                 Err(NO_PIVOT) => format!("exponents about {about}: a pivot is 0"),
@@ -638,7 +651,7 @@ impl Search<'_> {
         let [low, high] = [(omega - reach).max(0.0), omega + reach];
         // So much growth is within the disc about σ at all of these frequencies.
         let far = (low - self.sigma.im).abs().max((high - self.sigma.im).abs());
-        let inner = 0.99 * ((known - far) * (known + far)).sqrt();
+        let inner = 0.99 * ((known - far) * (known + far)).sqrt() - self.sigma.re;
         let growth = if inner < growth && self.is_slow([inner, growth], high) { inner } else { growth };
         let fastest = if self.bounded { 0.0 } else { growth };
         let mut empty: Vec<(c64, f64)> = vec![(self.sigma, known)];
