@@ -13,6 +13,14 @@ use crate::precision::Function;
 /// The highest power of a series.
 const MOST_ORDERS: u32 = 12;
 
+/// A limit or a series in a symbol, and the values of the parameters there.
+#[derive(Clone, Copy)]
+struct Special<'a> {
+    done: &'a Approximation,
+    symbol: Symbol,
+    values: &'a [(Symbol, f64)],
+}
+
 impl Approximation {
     fn name(&self) -> &str {
         match self {
@@ -120,7 +128,7 @@ impl Frequencies {
             && self.tied.as_ref().is_some_and(drags)
             && let Some(all) = characteristic
             && let Some(found) =
-                symbol(pool, all, done.name()).and_then(|symbol| finite(pool, done, all, symbol, values))
+                symbol(pool, all, done.name()).and_then(|symbol| finite(pool, all, Special { done, symbol, values }))
         {
             self.general.frequencies = found;
             self.tied = None;
@@ -152,7 +160,7 @@ impl Frequencies {
                 let found = characteristic.filter(|_| is_short || is_series && plain);
                 let found = found.and_then(|all| {
                     let all = tied(pool, &case.ties, all);
-                    finite(pool, done, &all, symbol, values)
+                    finite(pool, &all, Special { done, symbol, values })
                 });
                 if let Some(found) = found
                     && found.iter().all(|own| !divides_by_zero(pool, &[own.omega_squared], values))
@@ -183,18 +191,12 @@ impl Exponents {
     }
 
     /// The exponents that stay finite in a limit, where their polynomial is one in s² there or has factors of degree two: its degree may fall.
-    fn finite(
-        &self,
-        pool: &mut Algebra<'_>,
-        done: &Approximation,
-        symbol: Symbol,
-        near: &[(Symbol, f64)],
-    ) -> Option<Vec<ClosedExponent>> {
+    fn finite(&self, pool: &mut Algebra<'_>, at: Special<'_>) -> Option<Vec<ClosedExponent>> {
         let characteristic = self.characteristic.as_ref()?;
-        let mut own = Self { values: near.to_vec(), ..Self::default() };
-        let at_limit = done.polynomial(pool, characteristic, symbol);
+        let mut own = Self { values: at.values.to_vec(), ..Self::default() };
+        let at_limit = at.done.polynomial(pool, characteristic, at.symbol);
         if is_even(&at_limit) {
-            let squares = finite(pool, done, characteristic, symbol, near)?;
+            let squares = finite(pool, characteristic, at)?;
             own.add_squares(pool, &squares);
             return Some(own.exponents);
         }
@@ -216,7 +218,7 @@ impl Exponents {
                 _ => continue,
             };
             let middle = pool.short(|pool| pool.neg(middle));
-            let (square, oscillates) = positive_at(pool, square, near);
+            let (square, oscillates) = positive_at(pool, square, at.values);
             let (size, _) = root(pool, square);
             for x in [size, pool.neg(size)].into_iter().take(factor.len() - 1) {
                 let [real, imaginary] = if oscillates { [middle, x] } else { [pool.add(middle, x), zero] };
@@ -262,6 +264,7 @@ impl Exponents {
             }
             // A series has the sign of its leading term.
             let near = done.there(pool, &self.values);
+            let special = Special { done, symbol, values: &near };
             let holds = |pool: &Algebra<'_>, own: &ClosedExponent| {
                 let parts = [own.real, own.imaginary];
                 let has_value = |part: &ExprId| !pool.is_undefined(*part) && !is_nan(pool, *part, &near);
@@ -270,7 +273,7 @@ impl Exponents {
             self.exponents.retain(|own| holds(pool, own));
             if !is_series
                 && known(&self.exponents) < count
-                && let Some(mut found) = self.finite(pool, done, symbol, &near)
+                && let Some(mut found) = self.finite(pool, special)
             {
                 found.retain(|own| holds(pool, own));
                 if known(&found) > known(&self.exponents) {
@@ -292,8 +295,8 @@ impl Exponents {
                 };
                 self.exponents.retain(|own| !is_open(pool, own));
                 if known(&self.exponents) < count {
-                    let series = self.series(pool, done, symbol, &near);
-                    let series = series.or_else(|| self.real_series(pool, done, symbol, &near)).unwrap_or_default();
+                    let series = self.series(pool, special);
+                    let series = series.or_else(|| self.real_series(pool, special)).unwrap_or_default();
                     if known(&series) > known(&self.exponents) && series.iter().all(|own| holds(pool, own)) {
                         self.exponents = series;
                     }
@@ -313,42 +316,31 @@ impl Exponents {
     }
 
     /// The exponents of an undamped system from the series of the zeros of its characteristic polynomial.
-    fn series(
-        &self,
-        pool: &mut Algebra<'_>,
-        done: &Approximation,
-        symbol: Symbol,
-        near: &[(Symbol, f64)],
-    ) -> Option<Vec<ClosedExponent>> {
+    fn series(&self, pool: &mut Algebra<'_>, at: Special<'_>) -> Option<Vec<ClosedExponent>> {
         let characteristic = self.characteristic.as_ref()?;
-        let Approximation::Expansion { name, order } = done else { return None };
+        let Approximation::Expansion { name, order } = at.done else { return None };
         if !is_even(characteristic) {
             return None;
         }
         // The root of a zero that begins with the power v is known to v/2 powers fewer.
         let squares = Approximation::Expansion { name: name.clone(), order: (2 * order).min(MOST_ORDERS) };
         let mut found = Vec::new();
-        for Frequency { omega_squared, .. } in finite(pool, &squares, characteristic, symbol, near)? {
-            let (square, grows) = positive_at(pool, omega_squared, near);
-            let root = root_of_series(pool, square, symbol, *order)?;
+        for Frequency { omega_squared, .. } in finite(pool, characteristic, Special { done: &squares, ..at })? {
+            let (square, grows) = positive_at(pool, omega_squared, at.values);
+            let root = root_of_series(pool, square, at.symbol, *order)?;
             found.extend([root, pool.neg(root)].map(|x| ClosedExponent::on_axis(pool, x, grows, 1)));
         }
         Some(found)
     }
 
     /// Those exponents that are real and finite where the parameter is 0, of any system.
-    fn real_series(
-        &self,
-        pool: &mut Algebra<'_>,
-        done: &Approximation,
-        symbol: Symbol,
-        near: &[(Symbol, f64)],
-    ) -> Option<Vec<ClosedExponent>> {
-        let Approximation::Expansion { name, order } = done else { return None };
+    fn real_series(&self, pool: &mut Algebra<'_>, at: Special<'_>) -> Option<Vec<ClosedExponent>> {
+        let Approximation::Expansion { name, order } = at.done else { return None };
         let at_zero = Approximation::Limit { name: name.clone(), value: (&Number::ZERO).into() };
-        let real = self.finite(pool, &at_zero, symbol, near)?.into_iter().filter(|own| own.imaginary.is_zero());
+        let real =
+            self.finite(pool, Special { done: &at_zero, ..at })?.into_iter().filter(|own| own.imaginary.is_zero());
         let characteristic = self.characteristic.as_ref()?;
-        let continued = real.filter_map(|own| continued(pool, characteristic, (symbol, near), own.real, *order));
+        let continued = real.filter_map(|own| continued(pool, characteristic, at, own.real, *order));
         let continued: Vec<ExprId> = continued.collect();
         Some(continued.into_iter().map(|own| ClosedExponent::on_axis(pool, own, true, 1)).collect())
     }
@@ -525,28 +517,19 @@ fn magnitudes_in(pool: &Algebra<'_>, all: &[ExprId]) -> BTreeSet<ExprId> {
 }
 
 /// The squares of the frequencies that stay finite in a limit: zeros of det(K - z M), whose degree falls there; or their series.
-fn finite(
-    pool: &mut Algebra<'_>,
-    done: &Approximation,
-    characteristic: &[ExprId],
-    symbol: Symbol,
-    values: &[(Symbol, f64)],
-) -> Option<Vec<Frequency>> {
-    let limit = match done {
-        Approximation::Limit { .. } => done.clone(),
+fn finite(pool: &mut Algebra<'_>, characteristic: &[ExprId], at: Special<'_>) -> Option<Vec<Frequency>> {
+    let limit = match at.done {
+        Approximation::Limit { .. } => at.done.clone(),
         Approximation::Expansion { name, .. } => {
             Approximation::Limit { name: name.clone(), value: (&Number::ZERO).into() }
         }
     };
     let even = characteristic.iter().step_by(2).enumerate();
     let polynomial: Vec<ExprId> = even.map(|(power, own)| if power % 2 == 0 { *own } else { pool.neg(*own) }).collect();
-    let at_limit = limit.polynomial(pool, &polynomial, symbol);
+    let at_limit = limit.polynomial(pool, &polynomial, at.symbol);
     let mut squares = of_polynomial(pool, &at_limit)?;
-    if let Approximation::Expansion { order, .. } = done {
-        squares = squares
-            .into_iter()
-            .filter_map(|zero| continued(pool, &polynomial, (symbol, values), zero, *order))
-            .collect();
+    if let Approximation::Expansion { order, .. } = at.done {
+        squares = squares.into_iter().filter_map(|zero| continued(pool, &polynomial, at, zero, *order)).collect();
     }
     squares.retain(|square| !pool.is_undefined(*square));
     let found = squares.into_iter().map(|omega_squared| Frequency::new(omega_squared, 1, None));
@@ -559,7 +542,7 @@ fn finite(
 fn continued(
     pool: &mut Algebra<'_>,
     polynomial: &[ExprId],
-    (symbol, values): (Symbol, &[(Symbol, f64)]),
+    Special { symbol, values, .. }: Special<'_>,
     zero: ExprId,
     order: u32,
 ) -> Option<ExprId> {
