@@ -58,9 +58,11 @@ const REFINED: f64 = 1e-28;
 /// Bytes of memory for an entry of P(σ) and what becomes of it.
 const ENTRY: usize = 256;
 /// Most discs without exponents that cover a strip.
-const DISCS: usize = 40;
+const DISCS: usize = 400;
+/// What is smaller beside the width of the strip is next to an exponent in it.
+const SMALLEST: f64 = 1e-3;
 /// And most places about which none is proved.
-const FAILURES: usize = 4;
+const FAILURES: usize = 24;
 
 /// M, D and S.
 #[derive(Clone, Debug)]
@@ -267,7 +269,7 @@ impl Search<'_> {
             let distance = |k: usize| (all[k].s - self.sigma).norm();
             // One stands for a pair of conjugates.
             let entries = |k: usize| all[..k].iter().filter(|own| own.s.im >= 0.0).count();
-            let enough = (1..all.len()).find(|k| entries(*k) >= count)?;
+            let enough = (1..all.len()).find(|k| entries(*k) >= count)?.max(self.nearest_in(&all, count));
             // The lowest are all down to 0.
             let least = if self.near.is_some() { 0.0 } else { self.sigma.im * (1.0 + GAP) };
             let last = distance(enough - 1).max(least);
@@ -350,6 +352,16 @@ impl Search<'_> {
         }
         found.secular = bounded.then_some(false);
         Some(Some(found))
+    }
+
+    /// How many of those about σ have all that are nearest to the frequency that is asked for, so many of them; 0 for the lowest.
+    fn nearest_in(&self, all: &[Approximation], count: usize) -> usize {
+        let Some(near) = self.near else { return 0 };
+        let off = |own: &Approximation| (own.s.im - near).abs();
+        let mut distances: Vec<f64> = all.iter().map(off).collect();
+        distances.order_by(f64::total_cmp);
+        let Some(farthest) = distances.get(count - 1) else { return 0 };
+        all.iter().rposition(|own| off(own) <= *farthest).map_or(0, |last| last + 1).min(all.len() - 1)
     }
 
     /// So many exponents next to σ by Arnoldi steps with P(σ)⁻¹E, by their distance, or at least more than `least`, without those that are known.
@@ -657,6 +669,9 @@ impl Search<'_> {
         let mut empty: Vec<(c64, f64)> = vec![(self.sigma, known)];
         let (mut rest, mut failed) = (vec![[-growth, fastest, low, high]], 0);
         while let Some([left, right, low, high]) = rest.pop() {
+            if self.budget.is_spent() {
+                return None;
+            }
             let corners = [(left, low), (left, high), (right, low), (right, high)];
             let within = |(center, radius): &(c64, f64)| {
                 corners.iter().all(|(re, im)| up((re - center.re).hypot(im - center.im) * (1.0 + 1e-14)) < *radius)
@@ -668,9 +683,9 @@ impl Search<'_> {
             let is_known = empty.iter().any(|(other, radius)| (center - other).norm() < 0.7 * radius);
             if !is_known {
                 match self.disc(center, 0.5 * (right - left).hypot(high - low), all) {
-                    Some(found) => empty.push((center, found)),
+                    Some(found) if found > SMALLEST * reach => empty.push((center, found)),
                     // Perhaps less of it.
-                    None => failed += 1,
+                    _ => failed += 1,
                 }
                 if failed > FAILURES || empty.len() > DISCS {
                     return None;
