@@ -330,6 +330,20 @@ fn series_and_limits_of_exponents_have_their_values() {
     series.expand("m", 2);
     let texts = [limit, series].map(|own| derive_text(&own, &Style::default().ascii(true)));
     let wanted = ["for m -> 0\n  s = -k/c\n", "order 2 in m\n  s = -k/c - m*k^2/c^3 - 2*m^2*k^3/c^5\n"];
+    // Weak friction, where there are no closed forms with any, or others at the values: two meshes with a common resistance; an overdamped oscillator.
+    let mut meshes = page(
+        "param L = 1, M = 2, C = 1, D = 3, R = 0.1  coord p, q  T = 1/2*L*p'^2 + 1/2*M*q'^2
+         V = p^2/(2*C) + q^2/(2*D)  dissipation = 1/2*R*(p' - q')^2",
+    );
+    meshes.expand("R", 1);
+    let values = [("L", 1.0), ("M", 2.0), ("C", 1.0), ("D", 3.0), ("R", 1e-4)];
+    let slow = (1.0_f64 / 6.0).sqrt();
+    is_near(&exponents(&meshes, &values), &[(-5e-5, 1.0), (-5e-5, -1.0), (-2.5e-5, slow), (-2.5e-5, -slow)], 1e-15);
+    let mut own = page("param m = 1, k = 3, c = 30  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2");
+    own.expand("c", 2);
+    let omega = 3.0_f64.sqrt() * (1.0 - 1e-6 / 24.0);
+    let values = [("m", 1.0), ("k", 3.0), ("c", 1e-3)];
+    is_near(&exponents(&own, &values), &[(-5e-4, omega), (-5e-4, -omega)], 1e-13);
     // ω² = a ∓ k where a = b, which no series in k of the forms for a ≠ b has.
     let coupled = "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = 1/2*a*x^2 + 1/2*b*y^2 + k*x*y";
     for (values, is_found) in [("param a = 2, b = 2, k = 1 ", false), ("param a = 2, b = 3, k = 1 ", true)] {

@@ -296,7 +296,7 @@ impl Exponents {
                 self.exponents.retain(|own| !is_open(pool, own));
                 if known(&self.exponents) < count {
                     let series = self.series(pool, special);
-                    let series = series.or_else(|| self.real_series(pool, special)).unwrap_or_default();
+                    let series = series.or_else(|| self.series_of_any(pool, special)).unwrap_or_default();
                     if known(&series) > known(&self.exponents) && series.iter().all(|own| holds(pool, own)) {
                         self.exponents = series;
                     }
@@ -333,16 +333,29 @@ impl Exponents {
         Some(found)
     }
 
-    /// Those exponents that are real and finite where the parameter is 0, of any system.
-    fn real_series(&self, pool: &mut Algebra<'_>, at: Special<'_>) -> Option<Vec<ClosedExponent>> {
+    /// Those exponents that are finite where the parameter is 0 and no others are equal to, of any system.
+    fn series_of_any(&self, pool: &mut Algebra<'_>, at: Special<'_>) -> Option<Vec<ClosedExponent>> {
         let Approximation::Expansion { name, order } = at.done else { return None };
         let at_zero = Approximation::Limit { name: name.clone(), value: (&Number::ZERO).into() };
-        let real =
-            self.finite(pool, Special { done: &at_zero, ..at })?.into_iter().filter(|own| own.imaginary.is_zero());
+        let limits = self.finite(pool, Special { done: &at_zero, ..at })?.into_iter();
         let characteristic = self.characteristic.as_ref()?;
-        let continued = real.filter_map(|own| continued(pool, characteristic, at, own.real, *order));
-        let continued: Vec<ExprId> = continued.collect();
-        Some(continued.into_iter().map(|own| ClosedExponent::on_axis(pool, own, true, 1)).collect())
+        let mut known: Vec<(Parts, Parts)> = Vec::new();
+        for own in limits {
+            let opposite = pool.neg(own.imaginary);
+            let conjugate = known.iter().find(|(from, _)| *from == [own.real, opposite]).map(|(_, to)| *to);
+            let found = match conjugate {
+                Some([real, imaginary]) => Some([real, pool.neg(imaginary)]),
+                None => continued(pool, characteristic, at, [own.real, own.imaginary], *order),
+            };
+            known.extend(found.map(|found| ([own.real, own.imaginary], found)));
+        }
+        let exponent = |(_, [real, imaginary]): (Parts, Parts)| ClosedExponent {
+            real,
+            imaginary,
+            multiplicity: 1,
+            damping_ratio: None,
+        };
+        Some(known.into_iter().map(exponent).collect())
     }
 
     /// Adds an exponent, to the same one where there is one.
@@ -529,12 +542,19 @@ fn finite(pool: &mut Algebra<'_>, characteristic: &[ExprId], at: Special<'_>) ->
     let at_limit = limit.polynomial(pool, &polynomial, at.symbol);
     let mut squares = of_polynomial(pool, &at_limit)?;
     if let Approximation::Expansion { order, .. } = at.done {
-        squares = squares.into_iter().filter_map(|zero| continued(pool, &polynomial, at, zero, *order)).collect();
+        let from = std::mem::take(&mut squares);
+        let none = pool.zero();
+        let continued =
+            from.into_iter().filter_map(|zero| Some(continued(pool, &polynomial, at, [zero, none], *order)?[0]));
+        squares = continued.collect();
     }
     squares.retain(|square| !pool.is_undefined(*square));
     let found = squares.into_iter().map(|omega_squared| Frequency::new(omega_squared, 1, None));
     Some(found.collect())
 }
+
+/// Real and imaginary part.
+type Parts = [ExprId; 2];
 
 /// The series in a symbol of a zero of a polynomial from where it is for 0; `None` where it is no simple one there, or not at the values.
 ///
@@ -543,33 +563,59 @@ fn continued(
     pool: &mut Algebra<'_>,
     polynomial: &[ExprId],
     Special { symbol, values, .. }: Special<'_>,
-    zero: ExprId,
+    zero: Parts,
     order: u32,
-) -> Option<ExprId> {
+) -> Option<Parts> {
     let variable = pool.symbol_expr(symbol);
-    let horner = |pool: &mut Algebra<'_>, coefficients: &[ExprId], z: ExprId| {
-        coefficients.iter().rev().fold(pool.zero(), |sum, own| {
-            let product = pool.mul(sum, z);
-            pool.add(product, *own)
+    let horner = |pool: &mut Algebra<'_>, coefficients: &[ExprId], [x, y]: Parts| {
+        coefficients.iter().rev().fold([pool.zero(); 2], |[re, im], own| {
+            let [xx, yy, xy, yx] = [(re, x), (im, y), (re, y), (im, x)].map(|(a, b)| pool.mul(a, b));
+            let real = pool.sub(xx, yy);
+            [pool.add(real, *own), pool.add(xy, yx)]
         })
     };
     let slopes =
         polynomial.iter().enumerate().skip(1).map(|(power, own)| pool.scale(*own, &Number::from(power as i64)));
     let slopes: Vec<ExprId> = slopes.collect();
-    let slope = horner(pool, &slopes, zero);
-    let slope = taylor(pool, slope, symbol, 0)[0];
-    if pool.is_zero(slope) != ZeroVerdict::NonZero || vanishes_at(pool, slope, values) {
+    let slope = horner(pool, &slopes, zero).map(|part| taylor(pool, part, symbol, 0)[0]);
+    let is_open = |pool: &mut Algebra<'_>, part: ExprId| {
+        let known =
+            pool.is_zero(part) == ZeroVerdict::NonZero || value_at(pool, part, values).is_some_and(f64::is_finite);
+        !known || pool.vanishes(part) || vanishes_at(pool, part, values)
+    };
+    if slope.iter().all(|part| is_open(pool, *part)) {
         return None;
     }
+    let [c, d] = slope.map(|part| if pool.vanishes(part) { pool.zero() } else { part });
     let mut z = zero;
     for power in 1..=order.min(MOST_ORDERS) {
-        let value = horner(pool, polynomial, z);
-        let residual = *taylor(pool, value, symbol, power).last()?;
-        let residual = best_to_read(pool, residual);
-        let step = pool.short(|pool| pool.div(residual, slope));
+        let mut residual = Vec::new();
+        for part in horner(pool, polynomial, z) {
+            let own = *taylor(pool, part, symbol, power).last()?;
+            residual.push(best_to_read(pool, own));
+        }
+        let [a, b] = residual[..] else { return None };
+        // (a + i b)/(c + i d)
+        let step = if d.is_zero() {
+            [pool.short(|pool| pool.div(a, c)), pool.short(|pool| pool.div(b, c))]
+        } else if c.is_zero() {
+            let im = pool.short(|pool| pool.div(a, d));
+            [pool.short(|pool| pool.div(b, d)), pool.neg(im)]
+        } else {
+            let [ac, bd, bc, ad, cc, dd] =
+                [(a, c), (b, d), (b, c), (a, d), (c, c), (d, d)].map(|(x, y)| pool.mul(x, y));
+            let below = pool.add(cc, dd);
+            let above = [pool.add(ac, bd), pool.sub(bc, ad)];
+            above.map(|above| {
+                let own = pool.short(|pool| pool.div(above, below));
+                best_to_read(pool, own)
+            })
+        };
         let scale = pool.powi(variable, i64::from(power));
-        let term = pool.mul(step, scale);
-        z = pool.sub(z, term);
+        for (z, step) in z.iter_mut().zip(step) {
+            let term = pool.mul(step, scale);
+            *z = pool.sub(*z, term);
+        }
     }
     Some(z)
 }
