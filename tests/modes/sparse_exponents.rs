@@ -174,6 +174,9 @@ fn friction_like_masses_and_springs() {
     }
 }
 
+/// The friction of each mass.
+type Friction<'a> = &'a dyn Fn(usize) -> f64;
+
 /// Friction that differs from mass to mass: the exponents nearest to a frequency decay as fast as the mean, far from the axis beside the distance
 /// to the next ones. And a single damper: what is far from the axis is excluded by many discs. Against eigenvalues in doubles.
 #[test]
@@ -181,7 +184,7 @@ fn friction_of_many_kinds() {
     let n = 320;
     let of_all = |i: usize| 0.1 * (1.0 + 0.3 * (i % 3) as f64);
     let of_one = |i: usize, c: f64| if i == 100 { c } else { 0.0 };
-    let cases: [(&str, &dyn Fn(usize) -> f64, f64); 3] = [
+    let cases: [(&str, Friction<'_>, f64); 3] = [
         ("sum(i in 1..N, 0.05*(1 + 0.3*mod(i, 3))*x[i]'^2)", &of_all, 1e-10),
         ("1/2*x[100]'^2", &|i| of_one(i, 1.0), 1e-10),
         ("5000*x[100]'^2", &|i| of_one(i, 10_000.0), 1e-7),
