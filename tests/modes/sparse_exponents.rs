@@ -174,6 +174,20 @@ fn friction_like_masses_and_springs() {
     }
 }
 
+/// Friction that drives the fast modes: those that grow come first, and none of the slow ones is given for them.
+#[test]
+fn friction_that_drives_is_not_overlooked() {
+    let text = "param n = 301  param a = 0.1  param b = -0.04  coord x[1..n]
+        T = sum(i in 1..n, 1/2*x[i]'^2)
+        V = sum(i in 1..n-1, 1/2*(x[i+1] - x[i])^2) + 1/2*x[1]^2 + 1/2*x[n]^2
+        dissipation = a*sum(i in 1..n, 1/2*x[i]'^2) + b*(sum(i in 1..n-1, 1/2*(x[i+1]' - x[i]')^2) + 1/2*x[1]'^2 + 1/2*x[n]'^2)";
+    let found =
+        normal_modes(&linearize(model(text)).unwrap(), &Options::default().lowest(1).without_vectors()).unwrap();
+    let square = of_chain(301, 301).powi(2);
+    assert_eq!((found.stability, found.modes[0].kind), (Stability::Unstable, Kind::Unstable));
+    assert!((found.modes[0].growth.mid_f64() + 0.5 * (0.1 - 0.04 * square)).abs() < 1e-12);
+}
+
 /// The friction of each mass.
 type Friction<'a> = &'a dyn Fn(usize) -> f64;
 

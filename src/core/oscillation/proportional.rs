@@ -150,8 +150,16 @@ impl Proportional {
             (Wanted::Near(_, count), Wanted::Near(_, all)) if modes.len() >= all => (count, count),
             _ => return None,
         };
-        let entries = modes[..kept].iter().map(|mode| self.exponents_of(mode, &modes, (below, above)));
-        let mut entries = entries.collect::<Option<Vec<[Option<Exponent>; 2]>>>()?;
+        let least = modes.first().filter(|_| below.is_infinite()).map_or(0.0, |mode| mode.omega_squared.lower());
+        let takes = |lambda: f64| (self.rate(Ball::exact(lambda)) - Ball::exact(self.remainder)).is_positive();
+        let is_passive = is_passive || takes(least) && takes(self.highest);
+        // What grows comes first, and may be anywhere.
+        if matches!(wanted, Wanted::Lowest(_)) && !is_passive {
+            return None;
+        }
+        // The last ones beyond those that are wanted may not be apart from the next.
+        let entries = modes[..kept].iter().map_while(|mode| self.exponents_of(mode, &modes, (below, above)));
+        let mut entries: Vec<[Option<Exponent>; 2]> = entries.collect();
         // Of those that do not oscillate the fast ones come behind the slow ones of all.
         let is_real = |own: &[Option<Exponent>; 2]| own[1].is_some();
         if entries.iter().all(is_real) {
@@ -166,12 +174,10 @@ impl Proportional {
         let is_done = |own: &Exponent| {
             (own.omega.is_zero() || options.covers(&own.omega, false)) && options.covers(&own.growth, false)
         };
-        let least = modes.first().filter(|_| below.is_infinite()).map_or(0.0, |mode| mode.omega_squared.lower());
-        let takes = |lambda: f64| (self.rate(Ball::exact(lambda)) - Ball::exact(self.remainder)).is_positive();
-        let is_passive = is_passive || takes(least) && takes(self.highest);
         let is_stable = stability == Stability::Stable && is_passive;
         let stability = if is_stable { Stability::Stable } else { Stability::Undecided };
-        entries.iter().all(is_done).then_some(Exponents { entries, stability, secular, level })
+        let is_all = entries.len() == count && entries.iter().all(is_done);
+        is_all.then_some(Exponents { entries, stability, secular, level })
     }
 
     /// The exponent of a mode that oscillates, or the slow and the fast one of a mode that does not.

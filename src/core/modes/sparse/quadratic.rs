@@ -59,7 +59,7 @@ const REFINED: f64 = 1e-28;
 const ENTRY: usize = 256;
 /// Most discs without exponents that cover a strip.
 const DISCS: usize = 400;
-/// What is smaller beside the width of the strip is next to an exponent in it.
+/// What is smaller beside the strip and the disc about σ is next to an exponent in it.
 const SMALLEST: f64 = 1e-3;
 /// And most places about which none is proved.
 const FAILURES: usize = 24;
@@ -683,7 +683,7 @@ impl Search<'_> {
             let is_known = empty.iter().any(|(other, radius)| (center - other).norm() < 0.7 * radius);
             if !is_known {
                 match self.disc(center, 0.5 * (right - left).hypot(high - low), all) {
-                    Some(found) if found > SMALLEST * reach => empty.push((center, found)),
+                    Some(found) if found > SMALLEST * reach.max(known) => empty.push((center, found)),
                     // Perhaps less of it.
                     _ => failed += 1,
                 }
