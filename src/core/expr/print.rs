@@ -395,7 +395,9 @@ impl Pool {
         let inverse: Factors = factors.iter().map(|(b, e)| (*b, e.neg())).collect();
         let negated = opposite.and_then(|_| self.reversible_factor(&inverse));
         let has_minus = opposite.is_some() && negated.is_none();
-        let is_quotient = factors.iter().any(|(_, e)| e.is_negative());
+        // A root of minus what is not negative has no value, and is kept as it was made.
+        let may_be_negative = || factors.iter().any(|(b, e)| !self.is_nonnegative_power(*b, e));
+        let is_quotient = factors.iter().any(|(_, e)| e.is_negative()) && (!has_minus || may_be_negative());
         is_quotient.then_some(Inverse { factors: inverse, negated, has_minus })
     }
 }
