@@ -67,10 +67,13 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     let inner = Options { lowest: None, near: None, given: None, vectors: has_shapes(n, options), ..options.clone() };
     if !is_plain {
         let inner = Options { vectors: options.vectors, ..inner };
-        if let Some(modes) = with_proportional_friction(linearized, (&mass, &stiffness), wanted, &inner)? {
+        let velocities = linearized.sparse_velocity();
+        if let Some(modes) = with_proportional_friction(linearized, (&mass, &stiffness), &velocities, (wanted, &inner))?
+        {
             return Ok(Some(modes));
         }
-        return match some_exponents(linearized, (mass, &stiffness), wanted, (&inner, must))? {
+        let problem = quadratic(linearized, (mass, &stiffness), velocities);
+        return match some_exponents(linearized, &problem, wanted, (&inner, must))? {
             Some(modes) => Ok(Some(modes)),
             None => dense("the modes that are wanted were not separated"),
         };
@@ -134,10 +137,9 @@ fn undamped(
 fn with_proportional_friction(
     linearized: &Linearized,
     (mass, stiffness): (&SparseMatrix, &SparseMatrix),
-    wanted: Wanted<'_>,
-    options: &Options,
+    [velocity, circulatory]: &[SparseMatrix; 2],
+    (wanted, options): (Wanted<'_>, &Options),
 ) -> Result<Option<NormalModes>, LinearizeError> {
-    let [velocity, circulatory] = linearized.sparse_velocity();
     if linearized.structure() != Structure::Damped || circulatory.stored() > 0 {
         return Ok(None);
     }
@@ -205,11 +207,14 @@ pub(super) fn is_bound(linearized: &Linearized) -> bool {
 #[must_use]
 pub fn sparse_quadratic(linearized: &Linearized) -> Option<SparseQuadratic> {
     let (mass, stiffness) = linearized.sparse().filter(|_| linearized.units().is_none())?;
-    Some(quadratic(linearized, mass, &stiffness))
+    Some(quadratic(linearized, (mass, &stiffness), linearized.sparse_velocity()))
 }
 
-fn quadratic(linearized: &Linearized, mass: SparseMatrix, stiffness: &SparseMatrix) -> SparseQuadratic {
-    let [velocity, circulatory] = linearized.sparse_velocity();
+fn quadratic(
+    linearized: &Linearized,
+    (mass, stiffness): (SparseMatrix, &SparseMatrix),
+    [velocity, circulatory]: [SparseMatrix; 2],
+) -> SparseQuadratic {
     let undamped = linearized.structure() == Structure::Gyroscopic;
     SparseQuadratic {
         mass,
@@ -227,13 +232,12 @@ fn quadratic(linearized: &Linearized, mass: SparseMatrix, stiffness: &SparseMatr
 /// Where the budget is spent, and where they are not found but `must` be.
 fn some_exponents(
     linearized: &Linearized,
-    (mass, stiffness): (SparseMatrix, &SparseMatrix),
+    problem: &SparseQuadratic,
     wanted: Wanted<'_>,
     (options, must): (&Options, bool),
 ) -> Result<Option<NormalModes>, LinearizeError> {
-    let problem = quadratic(linearized, mass, stiffness);
     let budget = linearized.model().pool.budget();
-    let found = solve_sparse_quadratic(&problem, wanted, options, budget);
+    let found = solve_sparse_quadratic(problem, wanted, options, budget);
     budget.check()?;
     // Whether a growth is 0 no bounds decide.
     let is_done = |own: &Exponents| {
