@@ -3,7 +3,9 @@
 //! Counted is what stands on the page, not what the pool holds once. A name is given where it saves much, and the
 //! names as a whole have to save a good part of the page; else everything stays written out.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use hashbrown::HashMap;
 
 use super::motion::MotionSum;
 use super::simplify::{Weights, bases_with, rebuild};

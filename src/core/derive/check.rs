@@ -6,7 +6,9 @@
 //! enclosures meet it, each mode counted once.
 
 use std::cell::OnceCell;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use hashbrown::HashMap;
 
 use super::collapse::angle;
 use super::cubic::Solved;

@@ -5,7 +5,8 @@
 //! with certified exponents before they are given out. Of conservative models the closed forms of the frequencies are taken.
 
 use std::cmp::Ordering;
-use std::collections::HashMap;
+
+use hashbrown::HashMap;
 
 use super::Linear;
 use super::characteristic::Factored;

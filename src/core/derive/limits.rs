@@ -1,6 +1,8 @@
 //! Closed forms for special values of a parameter, and their series in a small one.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
+
+use hashbrown::HashMap;
 
 use super::exponents::{ClosedExponent, Exponents};
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};

@@ -68,7 +68,9 @@ mod stability;
 mod ties;
 mod waves;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
+
+use hashbrown::HashMap;
 
 use crate::budget::Exceeded;
 use crate::expr::{ExprId, Pool, ZeroVerdict, evaluate_closed};

@@ -1,6 +1,8 @@
 //! M and K as sparse rows of expressions, and what becomes of them in another basis.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use hashbrown::HashMap;
 
 use super::equilibria::angle;
 use super::simplify::{Algebra, Monomial, Opening, bases_with, expand};

@@ -6,8 +6,10 @@
 //! constructors apply as well, so that the value never changes.
 
 use std::borrow::Borrow;
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
+
+use hashbrown::{HashMap, HashSet};
 
 use super::collapse::collapse;
 use crate::expr::{ExprId, Node, Pool, collect_equal};
@@ -103,7 +105,7 @@ impl<'a> Algebra<'a> {
         }
         let ids = self.pool.reachable(&[root]);
         // Arguments of functions and factors are shortened for themselves first.
-        let mut closed = HashSet::from([root]);
+        let mut closed: HashSet<ExprId> = [root].into_iter().collect();
         for id in ids.iter().filter(|id| !self.pool.is_sum(**id)) {
             self.pool.node(*id).for_each_child(|child| _ = closed.insert(child));
         }

@@ -1,7 +1,9 @@
 //! Definite integrals of sums of powers times exponentials: polynomials, sines, cosines, exponential and hyperbolic
 //! functions of linear arguments, and their products, all as real parts of c·x^n·exp(r·x) with complex c and r.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use hashbrown::HashMap;
 
 use super::{ExprId, Function, Node, ONE, Pool, Symbol, ZERO};
 use crate::number::Number;

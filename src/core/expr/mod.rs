@@ -52,10 +52,12 @@ mod traverse;
 mod zero;
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::panic::{RefUnwindSafe, UnwindSafe};
 use std::sync::Arc;
+
+use hashbrown::HashMap;
 
 use crate::budget::{Budget, Held};
 use crate::number::Number;

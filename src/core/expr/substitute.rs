@@ -1,6 +1,6 @@
 //! Replacing symbols by expressions, and absolute values by signs.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use crate::number::Number;

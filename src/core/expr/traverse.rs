@@ -1,7 +1,8 @@
 //! Walking over what an expression is made of.
 
-use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
+
+use hashbrown::HashMap;
 
 use super::intern::NodeHasher;
 use super::{ExprId, Node, Pool, Symbol};
@@ -167,6 +168,9 @@ impl Pool {
     /// The symbols that occur in any of the expressions, in order of creation.
     #[must_use]
     pub fn symbols_of(&self, roots: &[ExprId]) -> Vec<Symbol> {
+        if roots.iter().all(|root| self.is_constant(*root)) {
+            return Vec::new();
+        }
         let mut symbols: Vec<Symbol> = self.reachable(roots).into_iter().filter_map(|id| self.as_symbol(id)).collect();
         symbols.put_in_order();
         symbols

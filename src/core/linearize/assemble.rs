@@ -3,7 +3,7 @@
 //! The symbolic work is done once a family of terms; here its tapes are run once an instance and
 //! the small blocks are scattered into place, as a finite-element code does.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::elements::{Element, Splitter, elements};
 use super::error::LinearizeError;

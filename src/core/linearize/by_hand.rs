@@ -1,7 +1,7 @@
 //! Equilibria by hand: coordinates that no force moves from 0, those that linear equations determine, and those whose equation has a
 //! root that can be written down. Of what is left to a search the coordinates stand as themselves.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::assemble::Assembly;
 use super::multipliers;

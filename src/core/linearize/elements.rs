@@ -6,7 +6,9 @@
 //! added up before it is needed), the second vanishes where the element is unstressed. Squares are
 //! never expanded on the way. Nothing is evaluated here.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
+
+use hashbrown::HashMap;
 
 use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};

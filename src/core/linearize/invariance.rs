@@ -11,6 +11,8 @@
 //! Roots in roots are beyond that field: two that are equal may differ there in their signs. Where the energies are those of
 //! the coordinates themselves they are tried at points near the equilibrium, too, in numbers of a thousand bits.
 
+use hashbrown::HashMap;
+
 use super::assemble::signed_terms;
 use super::equilibrium::Origin;
 use super::parameters::known_values;
@@ -18,7 +20,6 @@ use super::steady::put_rates_in;
 use super::symbolic::{forces_of, written_out};
 use super::symmetry::spaces;
 use super::{Linearized, Structure, precise};
-use std::collections::HashMap;
 
 use crate::expr::{ExprId, ModularPoint, PRIME, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};

@@ -3,7 +3,9 @@
 //! Families are written out here, instance by instance, with the model's own symbols. Numeric
 //! commands never come this way, but for an error message.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
+
+use hashbrown::HashSet;
 
 use super::assemble::{Assembly, evaluate_closed, signed_terms};
 use super::elements::Element;

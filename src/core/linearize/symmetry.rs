@@ -7,7 +7,9 @@
 //! holds is decided family by family at random points modulo a large prime.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
+
+use hashbrown::HashSet;
 
 use super::assemble::{Assembly, ElementFamily};
 use super::elimination::{Elimination, Row, nullspace_mod};

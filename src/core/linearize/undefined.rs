@@ -3,7 +3,7 @@
 //! Only messages need it. The term is evaluated once more, every part of it, for the instance that
 //! went wrong; parts stand in an order in which the first one without a value is to blame.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::assemble::{Assembly, ElementFamily, Part, Values, evaluate_closed};
 use super::elements::Element;

@@ -1,6 +1,6 @@
 //! Mistakes that stand beside mistakes of syntax, so that all of a file are reported at once.
 
-use std::collections::HashSet;
+use hashbrown::HashSet;
 
 use super::elaborate::elaborate;
 use super::error::ModelError;

@@ -1,10 +1,14 @@
 //! From syntax to programs: names are looked up here, once, and every mistake is collected.
 
+use std::cell::OnceCell;
+
+use hashbrown::HashMap;
+
 use super::ModelError;
 use super::functions::{Builtin, check_count};
 use super::names::{Entity, World};
 use super::program::{Binder, Field, IndexOp, IndexProgram, Op, Program, SumProgram};
-use super::survey::mentions;
+use super::survey::{declared_names, mentions};
 use crate::diagnostic::Meant;
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -48,7 +52,7 @@ pub(super) struct Compiler<'a> {
     pub(super) file: &'a File,
     pub(super) world: &'a mut World,
     /// Where names are declared that are not yet declared here.
-    pub(super) later: &'a std::collections::HashMap<String, Span>,
+    pub(super) later: &'a OnceCell<HashMap<String, Span>>,
     pub(super) errors: &'a mut Vec<ModelError>,
     /// Deepest nesting of `let` families read so far.
     pub(super) depth: usize,
@@ -80,7 +84,7 @@ impl<'a> Compiler<'a> {
     pub(super) fn new(
         file: &'a File,
         world: &'a mut World,
-        later: &'a std::collections::HashMap<String, Span>,
+        later: &'a OnceCell<HashMap<String, Span>>,
         errors: &'a mut Vec<ModelError>,
     ) -> Self {
         Self { file, world, later, errors, depth: 0, cost: 0, recursive: false, current_let: None }
@@ -104,7 +108,7 @@ impl<'a> Compiler<'a> {
         if self.errors.len() >= MOST_ERRORS {
             return;
         }
-        let later = self.later.get(name).copied();
+        let later = self.declared_later(name);
         if let Some(error) = later.and_then(|later| self.circular(name, later, span)) {
             self.errors.push(error);
             return;
@@ -126,12 +130,17 @@ impl<'a> Compiler<'a> {
         self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate, by_place });
     }
 
+    /// Where the file declares a name; looked for only once one is missing.
+    pub(super) fn declared_later(&self, name: &str) -> Option<Span> {
+        self.later.get_or_init(|| declared_names(self.file)).get(name).copied()
+    }
+
     /// `param m = m`, and `let a = b` where `b` is declared later and uses `a`.
     fn circular(&self, name: &str, later: Span, span: Span) -> Option<ModelError> {
         let holds = |own: &&Statement, place: Span| own.span.start <= place.start && place.end <= own.span.end;
         let user = self.file.statements.iter().find(|own| holds(own, span))?;
         let through = Some(name.to_owned());
-        let own = user.kind.declared();
+        let own: Vec<&Name> = user.kind.declared().collect();
         if let Some(own) = own.iter().find(|own| own.text.as_str() == name) {
             (own.span.end <= span.start).then_some(())?;
             return Some(ModelError::RecursiveLet { name: own.text.to_string(), through, span });
@@ -150,7 +159,7 @@ impl<'a> Compiler<'a> {
         let rows = scope.variables.iter().filter(|(_, own)| matches!(own, Variable::Row(_)));
         let known = rows.map(|(own, _)| own.as_str()).chain(self.world.tables.iter().map(|own| own.name.as_str()));
         let nearest = Meant::near(name, known);
-        let later = self.later.get(name).copied();
+        let later = self.declared_later(name);
         let by_place = nearest.is_none().then(|| {
             let row = format!("a row of one by an index: `{name} in TABLE`");
             Box::new(("unknown name", format!("declare a table by `table {name} = \"file.csv\"`, {row}")))
@@ -165,8 +174,9 @@ impl<'a> Compiler<'a> {
 
     /// Compiles an expression that yields a value.
     pub(super) fn value(&mut self, root: ExprRef, scope: &mut Scope) -> Program {
-        let mut program = Program { ops: Vec::new(), span: self.file.expr(root).span };
-        let mut tasks = vec![Task::Visit(root)];
+        let mut program = Program { ops: Vec::with_capacity(8), span: self.file.expr(root).span };
+        let mut tasks = Vec::with_capacity(8);
+        tasks.push(Task::Visit(root));
         while let Some(task) = tasks.pop() {
             match task {
                 Task::Emit(op, span) => program.ops.push((op, span)),

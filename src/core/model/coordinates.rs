@@ -1,8 +1,9 @@
 //! Coordinates: `coord` statements, and what is kept of the families that they declare. Of a member there is no entry:
 //! its name, its symbols and its unit follow from its number.
 
-use std::collections::HashMap;
 use std::sync::Arc;
+
+use hashbrown::HashMap;
 
 use super::dimension::Dimensions;
 use super::elaborate::Elaborator;

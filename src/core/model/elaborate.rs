@@ -1,14 +1,16 @@
 //! Statement by statement from the syntax tree to the model.
 
-use std::collections::{HashMap, HashSet};
+use std::cell::OnceCell;
 use std::thread;
+
+use hashbrown::{HashMap, HashSet};
 
 use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
 use super::points::{Drawing, MOST_MEMBERS};
 use super::settings::{Purpose, Settings};
-use super::survey::{declared_names, structural_names, tables_of_coordinates};
+use super::survey::{structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
@@ -133,7 +135,7 @@ pub(super) struct Elaborator<'a> {
     pub(super) file: &'a File,
     pub(super) world: World,
     pub(super) errors: Vec<ModelError>,
-    pub(super) later: HashMap<String, Span>,
+    pub(super) later: OnceCell<HashMap<String, Span>>,
     pub(super) structural: HashSet<String>,
     /// By name, and by member where one is set.
     pub(super) set: HashMap<(String, Option<Key>), SetValue>,
@@ -151,7 +153,7 @@ impl<'a> Elaborator<'a> {
             file,
             world: World { pool: Pool::within(budget), ..World::default() },
             errors: Vec::new(),
-            later: declared_names(file),
+            later: OnceCell::new(),
             structural: structural_names(file),
             set: HashMap::new(),
             model_name: None,
@@ -196,8 +198,8 @@ impl<'a> Elaborator<'a> {
 
     /// Tells the budget which statement is being worked on.
     fn begin(&self, kind: &StatementKind, span: Span) {
-        let declared = kind.declared();
-        let what = declared.first().map_or_else(|| "this statement".to_owned(), |first| format!("`{}`", first.text));
+        let what =
+            kind.declared().next().map_or_else(|| "this statement".to_owned(), |first| format!("`{}`", first.text));
         self.world.pool.budget().at(what, Some(span));
     }
 
@@ -371,7 +373,8 @@ impl<'a> Elaborator<'a> {
         let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
         let mut constraints = Vec::new();
         let (mut forces, mut acted, mut first_force) = (Vec::new(), HashMap::new(), None);
-        for statement in &self.file.statements {
+        // Those that declare nothing.
+        for statement in self.file.statements.iter().filter(|own| own.kind.declared().next().is_none()) {
             self.begin(&statement.kind, statement.span);
             let (what, into, binding) = match &statement.kind {
                 StatementKind::Guess { binding, rate: true } => {

@@ -1,6 +1,6 @@
 //! `guess`, `equilibrium` and `force` statements: something for each coordinate that they name.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::ModelError;
 use super::elaborate::Elaborator;

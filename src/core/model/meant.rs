@@ -336,7 +336,7 @@ impl Compiler<'_> {
         let ExprKind::Name(name) = &self.file.expr(named).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none() && scope.integrated(name).is_none();
         // `kx^2` for `k*x^2`
-        if let Some(product) = self.product(name).filter(|_| free && !self.later.contains_key(&**name)) {
+        if let Some(product) = self.product(name).filter(|_| free && self.declared_later(name).is_none()) {
             let written = print_expr(self.file, exponent);
             let power = match self.file.expr(exponent).kind {
                 ExprKind::Number(_) | ExprKind::Name(_) => written,
@@ -354,7 +354,7 @@ impl Compiler<'_> {
         if !prime.is_empty() {
             return None;
         }
-        (matches!(&**name, "e" | "E" | "exp") && free && !self.later.contains_key(&**name)).then(|| {
+        (matches!(&**name, "e" | "E" | "exp") && free && self.declared_later(name).is_none()).then(|| {
             let meant = Meant::certain(format!("exp({})", print_expr(self.file, exponent)));
             ModelError::undeclared(name, Some(meant), expr.span)
         })

@@ -1,7 +1,9 @@
 //! What the names of a model stand for: parameters, coordinates, named expressions, tables.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
+
+use hashbrown::{HashMap, HashSet};
 
 use super::assume::Assumption;
 use super::coordinates::{Coordinates, Symbols};

@@ -1,6 +1,8 @@
 //! `param` statements and the settings that replace their values.
 
-use std::collections::HashMap;
+use std::cell::OnceCell;
+
+use hashbrown::HashMap;
 
 use super::ModelError;
 use super::compile::{Compiler, Scope};
@@ -26,7 +28,7 @@ impl Elaborator<'_> {
     pub(super) fn read_settings(&mut self, settings: &Settings) {
         for setting in &settings.entries {
             let mut errors = Vec::new();
-            let later = HashMap::new();
+            let later = OnceCell::from(HashMap::new());
             let mut compiler = Compiler::new(&setting.file, &mut self.world, &later, &mut errors);
             let mut at = Vec::new();
             if let Some(indices) = &setting.binding.indices {

@@ -4,7 +4,7 @@
 //! a family of coordinates that is read as vectors (`coord r[1..N, 1..3]`, `norm(r[i] - r[j])`), or what is named x, y and maybe z.
 //! Nothing is computed but the named expressions themselves.
 
-use std::collections::HashSet;
+use hashbrown::HashSet;
 
 use super::elaborate::Elaborator;
 use super::error::ModelError;

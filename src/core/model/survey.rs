@@ -1,6 +1,6 @@
 //! What a file names, before anything is worked out: where names are declared and which set ranges.
 
-use std::collections::{HashMap, HashSet};
+use hashbrown::{HashMap, HashSet};
 
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, StatementKind};
@@ -27,6 +27,10 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
             todo.extend(arguments);
         }
     }
+    let mut names = HashSet::new();
+    if todo.is_empty() {
+        return names;
+    }
     let mut definitions: HashMap<&str, Vec<ExprRef>> = HashMap::new();
     for statement in &file.statements {
         for binding in statement.kind.parameters() {
@@ -34,7 +38,6 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
             own.extend(binding.value);
         }
     }
-    let mut names = HashSet::new();
     while let Some(at) = todo.pop() {
         if let ExprKind::Name(name) = &file.expr(at).kind
             && !names.contains(*name)

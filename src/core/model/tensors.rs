@@ -2,7 +2,7 @@
 //!
 //! Nothing is computed: whether such a matrix is symmetric, and which moments it has, is asked elsewhere.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::compile::Scope;
 use super::dimension::Dimensions;

@@ -5,8 +5,10 @@
 //! pendulum's prefix sums) is written out into a single further term. Nothing is expanded and
 //! nothing is differentiated here.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::ops::Range;
+
+use hashbrown::HashMap;
 
 use super::ModelError;
 use super::compile::{Compiler, Scope};

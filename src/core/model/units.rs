@@ -71,7 +71,9 @@ fn unknown(name: &str, span: Span) -> ModelError {
 
 /// The names in a unit, with their places and exponents.
 pub(super) fn powers(file: &File, unit: UnitRef) -> Vec<(&str, Span, Number)> {
-    let mut todo = vec![(unit, Number::ONE)];
+    // With room for most: dimensions are inferred beside other work, and whoever makes a list larger waits for the others.
+    let mut todo = Vec::with_capacity(8);
+    todo.push((unit, Number::ONE));
     let mut names = Vec::new();
     while let Some((at, exponent)) = todo.pop() {
         match file.unit(at).kind {

@@ -1,6 +1,8 @@
 //! What is legal in a model, but suspicious.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::BTreeSet;
+
+use hashbrown::{HashMap, HashSet};
 
 use super::survey::{mentions, structural_names};
 use super::{Local, Model, TermFamily, units};

@@ -4,7 +4,9 @@
 //! classes. Where there may it is searched for among entries of many bits from the exact expressions, so
 //! that 1 and 1 + 1e-33 differ; only where the equilibrium was searched for, or entries are sums of many terms, the enclosures decide.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
+
+use hashbrown::HashMap;
 
 use super::NormalMode;
 use crate::linearize::{Entries, Invariance, Linearized};

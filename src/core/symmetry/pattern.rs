@@ -1,6 +1,6 @@
 //! Which entries of M and K are equal, and the graphs whose automorphisms are their symmetries.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::SignedPermutation;
 use super::search::{Graph, Group};

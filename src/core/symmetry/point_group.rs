@@ -11,8 +11,10 @@
 //! are fewer, so that a plane molecule lies in the plane of y and z. In D2 and D2h, z is the turn with the most bodies on
 //! its axis, and x is across the plane of a plane molecule. What that leaves open the axes of the model decide.
 
+use hashbrown::HashMap;
+
 use crate::order::Order;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{DMatrix, Matrix3, Vector3};

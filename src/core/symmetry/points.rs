@@ -1,7 +1,8 @@
 //! Turns and mirrors that permute the axes of coordinates and take bodies to bodies, as signed permutations.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
+use hashbrown::HashMap;
 use nalgebra::Matrix3;
 
 use super::point_group::{Element, PointGroup};

@@ -1,9 +1,10 @@
 //! The memory of a tree: what is read is an [`Expr`] or a [`Unit`], which borrows its lists and texts from here.
 
-use std::collections::HashSet;
 use std::fmt::{self, Debug, Formatter};
 use std::ops::Range;
 use std::sync::Arc;
+
+use hashbrown::HashSet;
 
 use super::ast::{Comparison, Expr, ExprKind, ExprRef, Indices, Member, Name, Unit, UnitKind, UnitRef};
 use super::reuse::Shift;

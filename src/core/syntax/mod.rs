@@ -28,6 +28,8 @@ pub(crate) mod units;
 mod walk;
 mod words;
 
+use hashbrown::HashSet;
+
 pub use arena::{Expressions, Units};
 pub use ast::{
     Binding, Comment, Comparison, Drawn, Expr, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Member, Name,
@@ -47,8 +49,6 @@ pub(crate) use words::GREEK;
 pub use words::{FUNCTIONS, STATEMENT_WORDS, reserved_meaning, signature};
 #[cfg(feature = "engine")]
 pub(crate) use words::{function_meant, is_derivative};
-
-use std::collections::HashSet;
 
 use crate::order::Order;
 use crate::span::Span;

@@ -6,7 +6,7 @@
 //! [`MOST_LEVELS`], so that no later pass meets a tree too deep for its stack. What stands in a
 //! statement is not read here.
 
-use std::collections::HashSet;
+use hashbrown::HashSet;
 
 use super::ast::Comment;
 use super::error::SyntaxError;

@@ -41,11 +41,10 @@ impl StatementKind {
     }
 
     /// The names that a statement declares.
-    pub(crate) fn declared(&self) -> Vec<&Name> {
-        if let Self::Table { name, .. } | Self::Let(Binding { name, .. }) = self {
-            return vec![name];
-        }
-        self.coordinates().iter().chain(self.parameters()).map(|one| &one.name).collect()
+    pub(crate) fn declared(&self) -> impl Iterator<Item = &Name> {
+        let single =
+            if let Self::Table { name, .. } | Self::Let(Binding { name, .. }) = self { Some(name) } else { None };
+        single.into_iter().chain(self.coordinates().iter().chain(self.parameters()).map(|one| &one.name))
     }
 
     /// The indices in brackets behind its names.

@@ -101,8 +101,7 @@ impl Poles {
             let (field, slope) = field(pool, base, own, unknowns);
             poles.push(Pole { base, symbol, field, slope });
         }
-        let parts: HashMap<ExprId, ExprId> =
-            poles.iter().map(|pole| (pole.base, pool.symbol_expr(pole.symbol))).collect();
+        let parts = poles.iter().map(|pole| (pole.base, pool.symbol_expr(pole.symbol))).collect();
         let potential = pool.replaced(&[potential], &parts)[0];
         Self {
             pool: pool.clone(),

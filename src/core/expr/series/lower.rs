@@ -1,6 +1,6 @@
 //! Tapes taken apart to operations on series.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::super::Function;
 use super::super::tape::{Code, Exponent, Factor, Operation, Weight};

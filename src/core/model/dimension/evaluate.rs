@@ -63,9 +63,9 @@ impl<'a> Inference<'a> {
 
     /// The dimension of an expression: those below it first, which stand before it.
     pub(super) fn evaluate(&mut self, root: ExprRef, scope: usize) -> Quantity {
-        let mut order = Vec::new();
-        let mut todo = vec![(root, scope)];
-        let mut below = Vec::new();
+        let [mut order, mut below] = std::mem::take(&mut self.lists);
+        let mut todo = Vec::with_capacity(16);
+        todo.push((root, scope));
         while let Some((at, scope)) = todo.pop() {
             order.push(at);
             if scope > 0 {
@@ -100,10 +100,11 @@ impl<'a> Inference<'a> {
             }
         }
         order.put_in_order();
-        for at in order {
+        for at in order.drain(..) {
             let own = self.one(at);
             self.memo[at.0 as usize] = own;
         }
+        self.lists = [order, below];
         self.take(root)
     }
 

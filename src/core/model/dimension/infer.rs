@@ -1,7 +1,9 @@
 //! The equations that a file sets up, statement by statement.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 use std::slice;
+
+use hashbrown::{HashMap, HashSet};
 
 use super::error::Unnamed;
 use super::operations::{Context, Equations, Quantity, base, energy, power};
@@ -63,6 +65,7 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
         varied: varied_families(file),
         memo: vec![Quantity::Any; file.expressions.len()],
         within: HashMap::new(),
+        lists: Default::default(),
     };
     // Energies and what is given may stand before what they use.
     let declares = |own: &&Statement| {
@@ -128,6 +131,8 @@ pub(super) struct Inference<'a> {
     pub(super) memo: Vec<Quantity>,
     /// The scope of the names, rows and sums that stand within one.
     pub(super) within: HashMap<ExprRef, usize>,
+    /// Empty lists of expressions, for the next one that is looked at.
+    pub(super) lists: [Vec<ExprRef>; 2],
 }
 
 impl<'a> Inference<'a> {

@@ -1,7 +1,5 @@
 //! In which order the rows of a sparse symmetric matrix are eliminated: by minimum degree, or by nested dissection where that is less work.
 
-use std::collections::HashMap;
-
 use faer::Side;
 use faer::perm::PermRef;
 use faer::sparse::SymbolicSparseColMatRef;
@@ -9,6 +7,7 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use feral_metis::{CscPattern, metis_order};
+use hashbrown::HashMap;
 
 use crate::order::Gather;
 
