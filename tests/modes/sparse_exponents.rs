@@ -174,6 +174,53 @@ fn friction_like_masses_and_springs() {
     }
 }
 
+/// The same of free bodies: a ring, whose modes come in pairs, and a chain. They stop where friction acts on them, or drift.
+#[test]
+fn free_bodies_with_friction() {
+    let n = 400;
+    for (a, b, is_ring) in [
+        (0.1, 0.0, false),
+        (0.004, 0.01, false),
+        (2.0, 0.0, true),
+        (0.05, 0.01, true),
+        (0.0, 0.05, true),
+        (0.0, 0.1, false),
+    ] {
+        let (closing, rate) = if is_ring { ("+ (x[N] - x[1])^2", "+ (x[N]' - x[1]')^2") } else { ("", "") };
+        let of_masses = if a > 0.0 { format!("1/2*{a}*sum(i in 1..N, x[i]'^2) +") } else { String::new() };
+        let text = format!(
+            "param N = {n}  param b = {b}
+             coord x[1..N]
+             T = sum(i in 1..N, 1/2*x[i]'^2)
+             V = 1/2*(sum(i in 1..N-1, (x[i+1] - x[i])^2) {closing})
+             dissipation = {of_masses} 1/2*b*(sum(i in 1..N-1, (x[i+1]' - x[i]')^2) {rate})"
+        );
+        let turn = std::f64::consts::PI / f64::from(n);
+        let lambda = |j: i32| {
+            2.0 * (f64::from(if is_ring { (j + 1) / 2 } else { j }) * turn * if is_ring { 1.0 } else { 0.5 }).sin()
+        };
+        let each = (1..40).map(|j| lambda(j).powi(2)).flat_map(|lambda| {
+            let rate = 0.5 * (a + b * lambda);
+            let root = (lambda - rate * rate).abs().sqrt();
+            let is_slow = lambda < rate * rate;
+            if is_slow { vec![[0.0, -lambda / (rate + root)], [0.0, -rate - root]] } else { vec![[root, -rate]] }
+        });
+        let mut all: Vec<[f64; 2]> = each.chain((a > 0.0).then_some([0.0, -a])).collect();
+        all.sort_by(|x, y| x[0].total_cmp(&y[0]).then(y[1].total_cmp(&x[1])));
+        let method = if is_ring { Method::Lanczos } else { Method::Tridiagonal };
+        let found = modes_by(method, &text, &Options::default().lowest(7));
+        assert_eq!((found.stability, found.secular, found.modes.len()), (Stability::Neutral, Some(false), 7), "{text}");
+        assert_eq!(found.zero_motions, ["translation of x"]);
+        let zeros = found.modes.iter().take_while(|mode| mode.kind == Kind::Zero).count();
+        assert_eq!(zeros, 1);
+        for (mode, [omega, growth]) in found.modes[1..].iter().zip(&all) {
+            holds(&mode.omega, *omega, omega.hypot(*growth));
+            holds(&mode.growth, *growth, omega.hypot(*growth));
+            assert!(mode.vector_error_bound < 1e-6, "{:e}", mode.vector_error_bound);
+        }
+    }
+}
+
 /// Friction that drives the fast modes: those that grow come first, and none of the slow ones is given for them.
 #[test]
 fn friction_that_drives_is_not_overlooked() {

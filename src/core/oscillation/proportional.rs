@@ -3,7 +3,8 @@
 //!
 //! What is known of C leaves a remainder E = C - a M - b K of rounding. With |xᵀEy| ≤ ε where xᵀMx = yᵀMy = 1, exponents lie where
 //! |s² + (a + b λ) s + λ| ≤ ε |s| for some λ, as many in each part of that as zeros without E (P. Lancaster, Lambda-matrices and vibrating
-//! systems, 1966, chapter 7). Nothing is found here where friction turns the order of the frequencies round, or there are zero modes.
+//! systems, 1966, chapter 7). Real ones stay real, as xᵀ(2 s M + C) x has one sign for all their shapes (I. Gohberg, P. Lancaster,
+//! L. Rodman, Matrix polynomials, 1982, chapter 10). Nothing is found here where friction turns the order of the frequencies round.
 
 use faer::c64;
 
@@ -117,10 +118,11 @@ impl Proportional {
         spectrum: Spectrum,
         (wanted, asked): (Wanted<'_>, Wanted<'_>),
         options: &Options,
-        is_passive: bool,
+        (is_passive, is_free): (bool, bool),
     ) -> Option<Exponents> {
         let Spectrum { mut modes, stability, level, .. } = spectrum;
-        if !modes.iter().all(|mode| mode.omega_squared.is_positive() && mode.precise.is_none()) {
+        let is_known = |mode: &Mode| mode.omega_squared.is_positive() || mode.kind == Kind::Zero;
+        if !modes.iter().all(|mode| is_known(mode) && mode.precise.is_none()) {
             return None;
         }
         let frequency = |mode: &Mode| self.slowed(mode.omega_squared).sqrt().mid_f64();
@@ -158,7 +160,10 @@ impl Proportional {
             return None;
         }
         // The last ones beyond those that are wanted may not be apart from the next.
-        let entries = modes[..kept].iter().map_while(|mode| self.exponents_of(mode, &modes, (below, above)));
+        let entries = modes[..kept].iter().map_while(|mode| match mode.kind {
+            Kind::Zero if is_free => Some([Some(zero(mode)), None]),
+            _ => self.exponents_of(mode, &modes, (below, above)),
+        });
         let mut entries: Vec<[Option<Exponent>; 2]> = entries.collect();
         // Of those that do not oscillate the fast ones come behind the slow ones of all.
         let is_real = |own: &[Option<Exponent>; 2]| own[1].is_some();
@@ -171,11 +176,10 @@ impl Proportional {
         let entries: Vec<Exponent> = entries.into_iter().flatten().flatten().collect();
         let Exponents { entries, secular, .. } = finish(entries, level, options, &|_| true);
         let entries: Vec<Exponent> = entries.into_iter().take(count).collect();
-        let is_done = |own: &Exponent| {
-            (own.omega.is_zero() || options.covers(&own.omega, false)) && options.covers(&own.growth, false)
-        };
-        let is_stable = stability == Stability::Stable && is_passive;
-        let stability = if is_stable { Stability::Stable } else { Stability::Undecided };
+        let is_done =
+            |own: &Exponent| [own.omega, own.growth].iter().all(|part| part.is_zero() || options.covers(part, false));
+        let is_certain = stability == Stability::Stable || stability == Stability::Neutral;
+        let stability = if is_certain && is_passive { stability } else { Stability::Undecided };
         let is_all = entries.len() == count && entries.iter().all(is_done);
         is_all.then_some(Exponents { entries, stability, secular, level })
     }
@@ -201,16 +205,18 @@ impl Proportional {
             // Of another λ' the polynomial is (λ' - λ) (1 + b s) there.
             let [re, im] = [Ball::ONE + self.b * growth, self.b * omega].map(|part| part.mid_f64());
             let slope = re.hypot(im);
-            let turn = 4.0 * self.remainder * size / (gap * slope * self.least_mass.sqrt());
+            let turn = 4.0 * self.remainder * size / (gap * slope);
+            let is_definite =
+                turn * turn * (2.0 * size + self.rate(Ball::exact(self.highest)).abs_upper()) < 0.1 * apart;
             let growth = growth.with_added_radius(radius);
-            (radius <= 0.1 * apart && slope >= 0.1).then(|| Exponent {
+            (radius <= 0.1 * apart && slope >= 0.1 && (omega.is_positive() || is_definite)).then(|| Exponent {
                 kind,
                 growth,
                 omega: if omega.is_zero() { omega } else { omega.with_added_radius(radius) },
                 omega_squared: omega.is_zero().then(|| -(growth * growth)),
                 precise: None,
                 vector: mode.vector.iter().map(|x| c64::new(*x, 0.0)).collect(),
-                vector_error_bound: (mode.vector_error_bound + turn).next_up(),
+                vector_error_bound: (mode.vector_error_bound + turn / self.least_mass.sqrt()).next_up(),
                 cluster: mode.cluster,
                 limit: None,
             })
@@ -219,7 +225,7 @@ impl Proportional {
             let omega = square.sqrt();
             return Some([Some(exponent(Kind::Damped, -half, omega, 2.0 * omega.lower())?), None]);
         }
-        if !square.is_negative() || equal > 1 {
+        if !square.is_negative() {
             return None;
         }
         let root = (-square).sqrt();
@@ -228,7 +234,16 @@ impl Proportional {
         let both =
             [lambda / fast, fast].map(|growth| exponent(Kind::Overdamped, growth, Ball::ZERO, 2.0 * root.lower()));
         let [slow, fast] = both;
-        // Each stays real, as there is no other one near.
-        Some([Some(slow?), Some(Exponent { cluster: u32::MAX - mode.cluster, ..fast? })])
+        let slow = if mode.kind == Kind::Zero { zero(mode) } else { slow? };
+        Some([Some(slow), Some(Exponent { cluster: u32::MAX - mode.cluster, ..fast? })])
+    }
+}
+
+/// A motion that no force and no friction brings back.
+fn zero(mode: &Mode) -> Exponent {
+    let vector = mode.vector.iter().map(|x| c64::new(*x, 0.0)).collect();
+    Exponent {
+        kind: Kind::Zero,
+        ..Exponent::new(Ball::ZERO, Ball::ZERO, (vector, mode.vector_error_bound), mode.cluster)
     }
 }

@@ -157,12 +157,16 @@ fn with_proportional_friction(
     budget.tell(|| "solver: modes without friction, which is proportional to M and K".to_owned());
     let problem = SparseProblem { mass: mass.clone(), stiffness: stiffness.clone() };
     let asked = friction.without(wanted);
-    let (Some((spectrum, method)), _) = undamped(linearized, &problem, asked, options)? else { return Ok(None) };
-    let found = friction.exponents(spectrum, (wanted, asked), options, linearized.is_passive());
+    let (Some((spectrum, method)), zero_modes) = undamped(linearized, &problem, asked, options)? else {
+        return Ok(None);
+    };
+    // Friction that takes no part in them lets them drift.
+    let is_free = !zero_modes.is_empty() && linearized.unmoved(&zero_modes).into_iter().all(|own| own);
+    let found = friction.exponents(spectrum, (wanted, asked), options, (linearized.is_passive(), is_free));
     if found.is_none() {
         budget.tell(|| "solver: not all of these oscillate, or others are as near".to_owned());
     }
-    let words = |found| exponents::in_words(linearized, found, Vec::new());
+    let words = |found| exponents::in_words(linearized, found, zero_modes);
     Ok(found.map(|found| NormalModes { method: Some(method), ..words(found) }))
 }
 
