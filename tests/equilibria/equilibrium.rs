@@ -31,8 +31,8 @@ fn the_equilibrium_near_the_guess_is_found() {
         let x = found(&text)[0];
         assert!((x - std::f64::consts::PI).abs() < 1e-15, "{guess}: {x}");
     }
-    // The first step of Newton's method lands beyond the pole, on the other equilibrium.
-    for guess in ["1.99", "2", "2.01"] {
+    // The first step of Newton's method lands beyond the pole, on the other equilibrium, or far beyond it.
+    for guess in ["1.99", "2", "2.01", "100", "1e5"] {
         assert!((found(&format!("coord x  T = 1/2*x'^2  V = 1/x + x  guess x = {guess}"))[0] - 1.0).abs() < 1e-15);
     }
     // There it looks the same: a way across the pole is taken for none.

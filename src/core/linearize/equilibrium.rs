@@ -453,7 +453,8 @@ impl Search<'_> {
                 let direction = &newton * damping;
                 let trial = self.moved(at, metric, &direction);
                 let there = self.weighted(&self.gradient(&trial), metric);
-                let better = there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
+                let falls = there.norm < force.norm * (1.0 - 1e-4 * damping);
+                let better = there.finite && (falls || there.rounding);
                 if better && spectrum.foresaw(&force, &there, damping, direction.norm()) {
                     let changed = self.spectrum(&trial, metric);
                     let alike = changed.as_ref().is_some_and(|changed| changed.resembles(&spectrum, &direction));
