@@ -390,6 +390,24 @@ fn roots_without_their_opposite_keep_their_sign() {
     assert!(form.contains("abs(d)"), "{form}");
 }
 
+/// k + e - e²/(k (1 - M)) and k/M + e/M + e²/(k (1 - M)), and √(k/m) (1 - c²/(8 m k)): no fraction within another.
+#[test]
+fn series_are_sums_over_one_bar_each() {
+    let text = "param M = 2  param k = 3  param e = 1/10  coord x, y
+        T = 1/2*x'^2 + 1/2*M*y'^2  V = 1/2*k*(x^2 + y^2) + 1/2*e*(x - y)^2";
+    let mut derivation = derive(&model_in(text, Path::new("."), &[]), &Parts::all()).unwrap();
+    derivation.expand("e", 2);
+    let forms = derivation.linear.as_ref().unwrap().frequencies.as_ref().unwrap().general.frequencies.clone();
+    let forms: Vec<String> = forms.iter().map(|form| derivation.pool.display(form.omega_squared)).collect();
+    assert_eq!(forms, ["k + e - e^2/(k*(1 - M))", "e/M + k/M + e^2/(k*(1 - M))"]);
+    let text = "param m = 1  param c = 1/10  param k = 1  coord x
+        T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2";
+    let mut derivation = derive(&model_in(text, Path::new("."), &[]), &Parts::all()).unwrap();
+    derivation.expand("c", 3);
+    let own = derivation.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+    assert_eq!(derivation.pool.display(own.exponents[0].imaginary), "sqrt(k/m)*(1 - 1/8*c^2/(m*k))");
+}
+
 #[test]
 fn limits_and_series_of_exponents() {
     let text = "param m = 1  param c = 1/10  param k = 1  coord x
@@ -399,7 +417,7 @@ fn limits_and_series_of_exponents() {
     let own = derivation.linear.as_ref().unwrap().exponents.as_ref().unwrap();
     assert!(own.complete && own.exponents.len() == 2 && own.stability.is_none());
     assert!(own.exponents.iter().all(|own| derivation.pool.display(own.real) == "0"));
-    assert_eq!(derivation.pool.display(own.exponents[0].imaginary), "sqrt(m*k)/m");
+    assert_eq!(derivation.pool.display(own.exponents[0].imaginary), "sqrt(k/m)");
 }
 
 #[test]

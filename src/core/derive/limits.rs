@@ -77,7 +77,8 @@ fn taylor(pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol, order: u32) -> Vec<
         let value = pool.substitute_one(derivative, &at_zero);
         let inverse = pool.number(factorial.recip().unwrap_or_default());
         let value = pool.mul(value, inverse);
-        pool.simplify(value)
+        let value = pool.simplify(value);
+        best_to_read(pool, value)
     });
     coefficients.collect()
 }
@@ -154,7 +155,7 @@ impl Frequencies {
                 let plain = case.frequencies.iter().all(|own| own.symmetry.is_none());
                 let before = case.known();
                 let is_series = matches!(done, Approximation::Expansion { .. });
-                transform_case(pool, case, values, |pool, e| {
+                transform_case(pool, case, (values, is_series), |pool, e| {
                     let is_open = is_series && is_branching(pool, &[e], symbol, values);
                     if is_open { pool.undefined() } else { done.of(pool, e, symbol) }
                 });
@@ -305,7 +306,12 @@ impl Exponents {
                 }
             }
             let all = std::mem::take(&mut self.exponents).into_iter();
-            self.exponents = all.map(|own| own.drawn(pool, &near)).collect();
+            let drawn = all.map(|own| {
+                let own = own.drawn(pool, &near);
+                let [real, imaginary] = [own.real, own.imaginary].map(|part| divided_below_roots(pool, part, &near));
+                ClosedExponent { real, imaginary, ..own }
+            });
+            self.exponents = drawn.collect();
             self.complete = known(&self.exponents) == count;
             self.merge(pool, &near);
             if !is_series {
@@ -525,6 +531,39 @@ fn positive_at(pool: &mut Algebra<'_>, omega_squared: ExprId, values: &[(Symbol,
     (if grows { pool.neg(omega_squared) } else { omega_squared }, grows)
 }
 
+/// Each term over one fraction bar, where that is easier to read.
+fn term_by_term(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+    let mut terms = pool.terms(e);
+    for (own, _) in &mut terms {
+        let short = pool.simplify(*own);
+        *own = best_to_read(pool, short);
+    }
+    pool.linear(&terms)
+}
+
+/// `sqrt(m*k)/m` as `sqrt(k/m)` in each term, where m is positive at the values of the parameters.
+fn divided_below_roots(pool: &mut Algebra<'_>, e: ExprId, values: &[(Symbol, f64)]) -> ExprId {
+    let mut terms = pool.terms(e);
+    for (term, _) in &mut terms {
+        let mut factors = pool.factors(*term);
+        let is_below =
+            |(base, e): &&(ExprId, Number)| *e == Number::MINUS_ONE && sign_at(pool, *base, values) == Some(false);
+        let below: Vec<ExprId> = factors.iter().filter(is_below).map(|own| own.0).collect();
+        for divisor in below {
+            let holds = |(base, e): &(ExprId, Number)| {
+                *e == Number::half() && pool.factors(*base).contains(&(divisor, Number::ONE))
+            };
+            if let Some(at) = factors.iter().position(holds) {
+                let square = pool.square(divisor);
+                factors[at].0 = pool.div(factors[at].0, square);
+                factors.retain(|own| *own != (divisor, Number::MINUS_ONE));
+            }
+        }
+        *term = pool.product_of_powers(&factors);
+    }
+    pool.linear(&terms)
+}
+
 /// The magnitudes that expressions are made of.
 fn magnitudes_in(pool: &Algebra<'_>, all: &[ExprId]) -> BTreeSet<ExprId> {
     let is_magnitude = |id: &ExprId| matches!(pool.node(*id), Node::Function(Function::Abs, _));
@@ -599,7 +638,10 @@ fn continued(
         let [a, b] = residual[..] else { return None };
         // (a + i b)/(c + i d)
         let step = if d.is_zero() {
-            [pool.short(|pool| pool.div(a, c)), pool.short(|pool| pool.div(b, c))]
+            [a, b].map(|own| {
+                let own = pool.short(|pool| pool.div(own, c));
+                best_to_read(pool, own)
+            })
         } else if c.is_zero() {
             let im = pool.short(|pool| pool.div(a, d));
             [pool.short(|pool| pool.div(b, d)), pool.neg(im)]
@@ -682,7 +724,7 @@ fn drawn(pool: &mut Algebra<'_>, values: &[ExprId]) -> Option<Vec<ExprId>> {
 fn transform_case(
     pool: &mut Algebra<'_>,
     case: &mut Case,
-    values: &[(Symbol, f64)],
+    (values, is_series): (&[(Symbol, f64)], bool),
     change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId,
 ) {
     // They stand for what was before.
@@ -697,7 +739,8 @@ fn transform_case(
             case.complete = false;
             continue;
         }
-        form.omega_squared = pool.simplify(value);
+        // A series is simple as it is, but for its coefficients.
+        form.omega_squared = if is_series { term_by_term(pool, value) } else { pool.simplify(value) };
         let same = |other: &&mut Frequency| other.omega_squared == form.omega_squared;
         match frequencies.iter_mut().find(same) {
             Some(other) => other.join(&form),

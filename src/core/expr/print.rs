@@ -239,7 +239,19 @@ impl Pool {
     }
 
     fn write_term(&self, coefficient: &Number, mut factors: Factors, negated: Option<ExprId>, out: &mut Vec<Piece>) {
-        factors.order_by_key(|(base, _)| self.factor_order(*base));
+        // `a*(2 + x)/2` is written `a*(1 + x/2)`.
+        let begins_with_one = |(base, e): &&(ExprId, Number)| match self.node(*base) {
+            Node::Sum { constant, .. } => e.is_one() && constant.mul(coefficient).is_one(),
+            _ => false,
+        };
+        let may_be = factors.len() > 1 && negated.is_none() && !coefficient.is_integer();
+        let divided =
+            factors.iter().filter(|_| may_be).find(begins_with_one).map(|(base, _)| (*base, coefficient.clone()));
+        let coefficient = if divided.is_some() { &Number::ONE } else { coefficient };
+        factors.order_by_key(|(base, _)| match self.factor_order(*base) {
+            (2, _) if divided.as_ref().is_some_and(|own| own.0 == *base) => (2, usize::MAX),
+            order => order,
+        });
         let (coefficient, mut under_root) = match self.roots_together(coefficient, &mut factors) {
             Some((coefficient, joined)) => (coefficient, Some(joined)),
             None => self.joined_root(coefficient, &mut factors),
@@ -255,7 +267,9 @@ impl Pool {
             only_numbers &= matches!(self.node(base), Node::Number(_));
             let magnitude = exponent.abs();
             let mut piece = Vec::new();
-            if negated == Some(base) {
+            if let Some((_, by)) = divided.clone().filter(|(own, _)| *own == base) {
+                write_power(&magnitude, &mut piece, |place| Piece::Sum { id: base, negated: false, by, place });
+            } else if negated == Some(base) {
                 write_power(&magnitude, &mut piece, |place| Piece::Sum {
                     id: base,
                     negated: true,
