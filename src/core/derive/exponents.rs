@@ -16,7 +16,7 @@ use super::frequencies::{Approximation, Case};
 use super::ring::EXPONENT;
 use super::roots::{plain_root, root, up_to_sign, with_common_bar};
 use super::shapes::on_one_bar;
-use super::simplify::{Algebra, Opening, expand, split, written};
+use super::simplify::{Algebra, Opening, expand, split, with_common_factor, written};
 use crate::expr::{ExprId, Function, Node, Pool, Symbol};
 use crate::linearize;
 use crate::model::Parameter;
@@ -359,6 +359,7 @@ impl Found<'_, '_> {
         if self.sign(b)?.is_le() {
             return Some(plain);
         }
+        let [b, product] = [b, product].map(|own| with_common_factor(self.pool, own));
         let square = self.pool.square(b);
         let square = self.quotient(square, product, Number::half().mul(&Number::half()));
         let (other, _) = root(self.pool, square);
