@@ -54,7 +54,7 @@ lagrangian = 1/2*m*(x'^2+y'^2) - 1/2*m*(w1^2*x^2 + w2^2*y^2) + 1/2*m*wB*(x*y' - 
     let shaft = "param m, k1, k2, W  assume m>0, k1>0, k2>k1, W>0  coord x, y
 T = 1/2*m*((x'-W*y)^2 + (y'+W*x)^2)
 V = 1/2*k1*x^2 + 1/2*k2*y^2";
-    has(shaft, &["(k2 - k1)^2/m"]);
+    has(shaft, &["(k2 - k1)^2 + 8*m*W^2*(k1 + k2)"]);
     let line = "param m1, m2, m3, k  assume m1 > 0, m2 > 0, m3 > 0, k > 0  coord x, y, z
 T = 1/2*m1*x'^2 + 1/2*m2*y'^2 + 1/2*m3*z'^2
 V = 1/2*k*(x - y)^2 + 1/2*k*(y - z)^2";

@@ -16,7 +16,7 @@ use super::frequencies::{Approximation, Case};
 use super::ring::EXPONENT;
 use super::roots::{plain_root, root, up_to_sign, with_common_bar};
 use super::shapes::on_one_bar;
-use super::simplify::{Algebra, Opening, expand, split, with_common_factor, written};
+use super::simplify::{A_STOREY, Algebra, Opening, expand, split, with_common_factor, written};
 use crate::expr::{ExprId, Function, Node, Pool, Symbol};
 use crate::linearize;
 use crate::model::Parameter;
@@ -373,7 +373,8 @@ impl Found<'_, '_> {
     fn of_squares(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<Vec<Zero>> {
         let cost = |own: &mut Self, zeros: &[Zero]| {
             let all: Vec<ExprId> = zeros.iter().map(|(_, imaginary)| *imaginary).collect();
-            own.pool.cost(&all)
+            let piled_up: u64 = all.iter().map(|e| own.pool.piled_up(*e)).sum();
+            own.pool.cost(&all) + A_STOREY * piled_up
         };
         let [p, square, product] = self.middle(c, b, a);
         let flutters = self.sign(square)?.is_lt();
@@ -396,6 +397,7 @@ impl Found<'_, '_> {
         }
         // With both signs.
         let (r, drawn) = root(self.pool, square);
+        let r = if drawn { r } else { self.root(square) };
         let r = up_to_sign(self.pool, r);
         let squares = [self.pool.add(p, r), self.pool.sub(p, r)].map(|square| self.pool.simplify(square));
         let mut zeros = [self.pair(squares[0], true)?, self.pair(squares[1], true)?].concat();
@@ -407,14 +409,17 @@ impl Found<'_, '_> {
         }
         let both = squares.into_iter().all(|square| self.sign(square).is_some_and(Ordering::is_le));
         if both && exact {
-            let [u, w] = [half(self, 1, -1), half(self, -1, -1)].map(|square| {
-                let (size, _) = root(self.pool, square);
-                up_to_sign(self.pool, size)
-            });
-            let sizes = [self.pool.sub(u, w), self.pool.add(u, w)].map(|size| with_common_bar(self.pool, size));
-            let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
-            if cost(self, &other) < cost(self, &zeros) {
-                return Some(other);
+            for (over_one_bar, is_common) in [(false, true), (true, true), (true, false)] {
+                let [u, w] = [half(self, 1, -1), half(self, -1, -1)].map(|square| {
+                    let size = if over_one_bar { self.root(square) } else { root(self.pool, square).0 };
+                    up_to_sign(self.pool, size)
+                });
+                let sizes = [self.pool.sub(u, w), self.pool.add(u, w)];
+                let sizes = if is_common { sizes.map(|size| with_common_bar(self.pool, size)) } else { sizes };
+                let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
+                if cost(self, &other) < cost(self, &zeros) {
+                    zeros = other;
+                }
             }
         }
         Some(zeros)
