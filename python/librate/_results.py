@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -13,6 +12,13 @@ from ._errors import Diagnostic
 
 # Fields whose pairs are real and imaginary parts.
 _COMPLEX = {"multipliers", "vector"}
+
+
+def _escaped(text: str) -> str:
+    """The text as HTML has it; the module for this is loaded where a notebook asks for it."""
+    from html import escape
+
+    return escape(text)
 
 
 def _is_number(value: Any) -> bool:
@@ -79,7 +85,7 @@ class Result(Mapping):
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self._fields.items())})"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{html.escape(repr(self))}</pre>"
+        return f"<pre>{_escaped(repr(self))}</pre>"
 
 
 def _bound(value: float) -> str:
@@ -143,9 +149,9 @@ class Modes(Result):
         rows = []
         for at in range(len(self.kind)):
             cells = [_bound(self[name][at]) if title == "bound" else self[name][at] for title, name in columns]
-            cells = ["" if cell is None else html.escape(str(cell)) for cell in cells]
+            cells = ["" if cell is None else _escaped(str(cell)) for cell in cells]
             rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in [at + 1, *cells]) + "</tr>")
-        name = html.escape(self.model or "")
+        name = _escaped(self.model or "")
         caption = f"<caption>{name + ': ' if name else ''}equilibrium {self.stability}</caption>"
         return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
@@ -246,4 +252,4 @@ class Page(str):
 
     def _repr_html_(self) -> str:
         frame = 'width="100%" height="720" style="border: 0"'
-        return f'<iframe srcdoc="{html.escape(self)}" {frame}></iframe>'
+        return f'<iframe srcdoc="{_escaped(self)}" {frame}></iframe>'
