@@ -156,10 +156,15 @@ fn with_proportional_friction(
     let budget = linearized.model().pool.budget();
     budget.tell(|| "solver: modes without friction, which is proportional to M and K".to_owned());
     let problem = SparseProblem { mass: mass.clone(), stiffness: stiffness.clone() };
-    let asked = friction.without(wanted);
-    let (Some((spectrum, method)), zero_modes) = undamped(linearized, &problem, asked, options)? else {
-        return Ok(None);
-    };
+    let mut asked = friction.without(wanted);
+    let (mut found, mut zero_modes) = undamped(linearized, &problem, asked, options)?;
+    // Those that stop stand behind all zero modes, and the bounds of these need one that is none.
+    let is_free = |(own, _): &(Spectrum, Method)| own.modes.last().is_some_and(|mode| mode.kind == Kind::Zero);
+    if matches!(asked, Wanted::Lowest(_)) && found.as_ref().is_some_and(is_free) {
+        asked = friction.without(Wanted::Lowest(zero_modes.len()));
+        (found, zero_modes) = undamped(linearized, &problem, asked, options)?;
+    }
+    let Some((spectrum, method)) = found else { return Ok(None) };
     // Friction that takes no part in them lets them drift.
     let is_free = !zero_modes.is_empty() && linearized.unmoved(&zero_modes).into_iter().all(|own| own);
     let found = friction.exponents(spectrum, (wanted, asked), options, (linearized.is_passive(), is_free));
