@@ -71,78 +71,48 @@ struct General {
     listed: Vec<Listed>,
 }
 
-/// A program run with the vector instructions that the machine has. (A closure would have them only where the compiler
-/// chooses to inline it.)
-struct Run<'a, const BOUNDS: bool> {
-    program: &'a Program,
-    registers: &'a mut Registers,
+/// What is done with the vector instructions that the machine has. (A closure would have them only where the compiler chooses to
+/// inline it.)
+enum Work<'a> {
+    Run {
+        program: &'a Program,
+        registers: &'a mut Registers,
+        bounds: bool,
+    },
+    Solve(&'a mut Solver),
+    Bound {
+        bounder: &'a mut Bounder,
+        solver: &'a Solver,
+        compiled: &'a Compiled,
+        registers: &'a Registers,
+    },
+    /// With vectors or without.
+    SolveGeneral {
+        exponents: &'a mut Exponents,
+        solver: &'a mut Solver,
+        vectors: bool,
+    },
+    BoundGeneral {
+        general: &'a mut General,
+        matrices: Matrices<'a>,
+    },
 }
 
-impl<const BOUNDS: bool> WithSimd for Run<'_, BOUNDS> {
+impl WithSimd for Work<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        run::<BOUNDS>(self.program, self.registers);
-    }
-}
-
-/// An eigenvalue problem likewise.
-struct Solve<'a>(&'a mut Solver);
-
-impl WithSimd for Solve<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.solve();
-    }
-}
-
-/// The bounds likewise.
-struct Bound<'a> {
-    bounder: &'a mut Bounder,
-    solver: &'a Solver,
-    compiled: &'a Compiled,
-    registers: &'a Registers,
-}
-
-impl WithSimd for Bound<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.bounder.bound(
-            self.solver,
-            (&self.compiled.mass, &self.compiled.stiffness),
-            (&self.registers.value, &self.registers.error),
-        );
-    }
-}
-
-/// Exponents likewise, with vectors or without.
-struct SolveGeneral<'a> {
-    exponents: &'a mut Exponents,
-    solver: &'a mut Solver,
-    vectors: bool,
-}
-
-impl WithSimd for SolveGeneral<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.exponents.solve(self.solver, self.vectors);
-    }
-}
-
-/// Their bounds likewise.
-struct BoundGeneral<'a> {
-    general: &'a mut General,
-    matrices: Matrices<'a>,
-}
-
-impl WithSimd for BoundGeneral<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.general.discs.bound(&self.general.exponents, self.matrices);
+        match self {
+            Self::Run { program, registers, bounds: true } => run::<true>(program, registers),
+            Self::Run { program, registers, bounds: false } => run::<false>(program, registers),
+            Self::Solve(solver) => solver.solve(),
+            Self::Bound { bounder, solver, compiled, registers } => {
+                let numbers = (&registers.value[..], &registers.error[..]);
+                bounder.bound(solver, (&compiled.mass, &compiled.stiffness), numbers);
+            }
+            Self::SolveGeneral { exponents, solver, vectors } => exponents.solve(solver, vectors),
+            Self::BoundGeneral { general, matrices } => general.discs.bound(&general.exponents, matrices),
+        }
     }
 }
 
@@ -192,16 +162,17 @@ impl Workspace {
         }
     }
 
-    pub(super) fn run<const BOUNDS: bool>(&mut self, program: &Program) {
-        self.arch.dispatch(Run::<BOUNDS> { program, registers: &mut self.registers });
+    /// Runs a program, with bounds or without.
+    pub(super) fn run(&mut self, program: &Program, bounds: bool) {
+        self.arch.dispatch(Work::Run { program, registers: &mut self.registers, bounds });
     }
 
     pub(super) fn run_guess(&self, program: &Program, registers: &mut Registers) {
-        self.arch.dispatch(Run::<false> { program, registers });
+        self.arch.dispatch(Work::Run { program, registers, bounds: false });
     }
 
     pub(super) fn solve(&self, solver: &mut Solver) {
-        self.arch.dispatch(Solve(solver));
+        self.arch.dispatch(Work::Solve(solver));
     }
 
     /// Solves sets (at most [`LANES`] of them, one after the other), whose values are off by so much where that is
@@ -231,11 +202,7 @@ impl Workspace {
         let found = if compiled.search.is_some() {
             self.search(compiled)
         } else {
-            if rigorous || !compiled.gradient.is_empty() {
-                self.run::<true>(&compiled.program);
-            } else {
-                self.run::<false>(&compiled.program);
-            }
+            self.run(&compiled.program, rigorous || !compiled.gradient.is_empty());
             self.at_rest(compiled)
         };
         // Where the expression of a given equilibrium has no value, there is none, even if M and K
@@ -245,14 +212,10 @@ impl Workspace {
         if let Some(velocity) = &compiled.velocity {
             numbers = numbers * self.solve_general(compiled, velocity, options);
         } else {
-            self.arch.dispatch(Solve(&mut self.solver));
+            self.arch.dispatch(Work::Solve(&mut self.solver));
             if rigorous {
-                self.arch.dispatch(Bound {
-                    bounder: &mut self.bounder,
-                    solver: &self.solver,
-                    compiled,
-                    registers: &self.registers,
-                });
+                let (bounder, solver, registers) = (&mut self.bounder, &self.solver, &self.registers);
+                self.arch.dispatch(Work::Bound { bounder, solver, compiled, registers });
             }
         }
         let proved = if compiled.search.is_some() {
@@ -291,13 +254,13 @@ impl Workspace {
         }
         let rigorous = options.bounds == Bounds::Rigorous;
         let (exponents, solver) = (&mut general.exponents, &mut self.solver);
-        self.arch.dispatch(SolveGeneral { exponents, solver, vectors: rigorous || options.vectors });
+        self.arch.dispatch(Work::SolveGeneral { exponents, solver, vectors: rigorous || options.vectors });
         self.solver.converged = general.exponents.converged;
         if rigorous {
             let (values, errors) = (&self.registers.value[..], &self.registers.error[..]);
             self.bounder.weigh(&self.solver, &compiled.mass, (values, errors));
             let entries = [&compiled.mass[..], &compiled.stiffness, velocity];
-            self.arch.dispatch(BoundGeneral { general, matrices: Matrices { entries, values, errors } });
+            self.arch.dispatch(Work::BoundGeneral { general, matrices: Matrices { entries, values, errors } });
         }
         numbers
     }

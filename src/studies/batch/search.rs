@@ -151,7 +151,7 @@ impl Workspace {
         }
         search.stays = Lane::ZERO;
         if start.zero_first {
-            self.run::<true>(&compiled.program);
+            self.run(&compiled.program, true);
             search.stays = self.at_rest(compiled);
         }
         for k in 0..count {
@@ -182,7 +182,7 @@ impl Workspace {
     /// Newton steps until no set gets any further.
     fn walk(&mut self, compiled: &Compiled, start: &Start, search: &mut Search) {
         let mut damping = Lane::ONE;
-        self.run::<false>(&compiled.program);
+        self.run(&compiled.program, false);
         let mut active = self.read(compiled, start, search) * (Lane::ONE - search.stays);
         for _ in 0..MOST_STEPS {
             self.modes(compiled, start, search);
@@ -197,7 +197,7 @@ impl Workspace {
                 let step = (damping * search.step[k]).choose(active, Lane::ZERO);
                 self.registers.value[at] = search.before[k] + step;
             }
-            self.run::<false>(&compiled.program);
+            self.run(&compiled.program, false);
             let numbers = self.read(compiled, start, search);
             let after = search.project();
             let better = numbers * norm.above(after);
@@ -217,7 +217,7 @@ impl Workspace {
                 break;
             }
             if (Lane::ONE - accepted).any() {
-                self.run::<false>(&compiled.program);
+                self.run(&compiled.program, false);
             }
             self.read(compiled, start, search);
         }
@@ -227,7 +227,7 @@ impl Workspace {
     /// step that the forces and their bounds allow. The registers end with M, K and the forces
     /// for all points that near, with their bounds.
     fn settle(&mut self, compiled: &Compiled, start: &Start, search: &mut Search) {
-        self.run::<true>(&compiled.program);
+        self.run(&compiled.program, true);
         self.read(compiled, start, search);
         self.modes(compiled, start, search);
         for (rest, register) in search.rest.iter_mut().zip(&compiled.gradient) {
@@ -252,7 +252,7 @@ impl Workspace {
             // Somewhat more, because X is not the same at the end.
             self.registers.error[Self::place(compiled, k)] = *reach * search.radius * Lane::splat(1.001);
         }
-        self.run::<true>(&compiled.program);
+        self.run(&compiled.program, true);
         if compiled.velocity.is_some() {
             self.couple(compiled, start, search);
         }
