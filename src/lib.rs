@@ -130,173 +130,156 @@ pub mod typeset {
     pub use librate_core::typeset::{Formula, Notation};
 }
 
-/// A limit on memory and work that all stages share. In full: [`librate_core::budget`].
 #[cfg(feature = "engine")]
-pub mod budget {
-    pub use librate_core::budget::{Budget, Exceeded, Limit, Limits};
-}
+mod engine {
+    /// A limit on memory and work that all stages share. In full: [`librate_core::budget`].
+    pub mod budget {
+        pub use librate_core::budget::{Budget, Exceeded, Limit, Limits};
+    }
 
-/// Exact rational numbers. In full: [`librate_core::number`].
-#[cfg(feature = "engine")]
-pub mod number {
-    pub use librate_core::number::Number;
-}
+    /// Exact rational numbers. In full: [`librate_core::number`].
+    pub mod number {
+        pub use librate_core::number::Number;
+    }
 
-/// Numbers with rigorous bounds, and the digits that these decide. In full: [`librate_core::precision`].
-#[cfg(feature = "engine")]
-pub mod precision {
-    pub use librate_core::precision::{Ball, Big, Rounding, Scalar, decimal};
-}
+    /// Numbers with rigorous bounds, and the digits that these decide. In full: [`librate_core::precision`].
+    pub mod precision {
+        pub use librate_core::precision::{Ball, Big, Rounding, Scalar, decimal};
+    }
 
-/// Expressions, canonical and shared: what matrices and derivations are made of. In full: [`librate_core::expr`].
-#[cfg(feature = "engine")]
-pub mod expr {
-    pub use librate_core::expr::{ExprId, Function, Node, Pool, Symbol, Tape, ZeroVerdict};
-}
+    /// Expressions, canonical and shared: what matrices and derivations are made of. In full: [`librate_core::expr`].
+    pub mod expr {
+        pub use librate_core::expr::{ExprId, Function, Node, Pool, Symbol, Tape, ZeroVerdict};
+    }
 
-/// What the text means: names, shapes, ranges, tables, settings. In full: [`librate_core::model`].
-#[cfg(feature = "engine")]
-pub mod model {
-    pub use librate_core::model::{
-        Constant, Dimension, Model, ModelError, Parameter, Range, Settings, TableTexts, constants, coordinate_count,
-        dimensions, elaborate, mistakes, parse, unit_dimension, unit_names, units_with_prefixes,
-    };
-}
+    /// What the text means: names, shapes, ranges, tables, settings. In full: [`librate_core::model`].
+    pub mod model {
+        pub use librate_core::model::{
+            Constant, Dimension, Model, ModelError, Parameter, Range, Settings, TableTexts, constants,
+            coordinate_count, dimensions, elaborate, mistakes, parse, unit_dimension, unit_names, units_with_prefixes,
+        };
+    }
 
-/// The equilibrium, and the matrices there, in symbols and in numbers with bounds. In full: [`librate_core::linearize`].
-#[cfg(feature = "engine")]
-pub mod linearize {
-    pub use librate_core::linearize::{
-        Feature, LinearizeError, Linearized, Structure, check_size, constant, linearize,
-    };
-}
+    /// The equilibrium, and the matrices there, in symbols and in numbers with bounds. In full: [`librate_core::linearize`].
+    pub mod linearize {
+        pub use librate_core::linearize::{
+            Feature, LinearizeError, Linearized, Structure, check_size, constant, linearize,
+        };
+    }
 
-/// What is wanted of the modes, and what they are called. In full: [`librate_core::modes`].
-#[cfg(feature = "engine")]
-pub mod modes {
-    pub use librate_core::modes::{Kind, Method, Options, PrecisionLevel, Stability, exponents::Limit};
-}
+    /// What is wanted of the modes, and what they are called. In full: [`librate_core::modes`].
+    pub mod modes {
+        pub use librate_core::modes::{Kind, Method, Options, PrecisionLevel, Stability, exponents::Limit};
+    }
 
-/// Normal modes with the names and units of the model. In full: [`librate_core::oscillation`].
-#[cfg(feature = "engine")]
-pub mod oscillation {
-    pub use librate_core::oscillation::{NormalMode, NormalModes, normal_modes};
-}
+    /// Normal modes with the names and units of the model. In full: [`librate_core::oscillation`].
+    pub mod oscillation {
+        pub use librate_core::oscillation::{NormalMode, NormalModes, normal_modes};
+    }
 
-/// The derivation, to read. In full: [`librate_core::derive`].
-#[cfg(feature = "engine")]
-pub mod derive {
-    pub use librate_core::derive::{
-        CHAPTERS, Conserved, Derivation, Motion, MotionSum, Parts, derive, in_independent_coordinates, linearized,
-    };
-}
+    /// The derivation, to read. In full: [`librate_core::derive`].
+    pub mod derive {
+        pub use librate_core::derive::{
+            CHAPTERS, Conserved, Derivation, Motion, MotionSum, Parts, derive, in_independent_coordinates, linearized,
+        };
+    }
 
-/// How frequencies follow uncertain parameters. In full: [`librate_studies::sensitivity`].
-#[cfg(feature = "engine")]
-pub mod sensitivity {
-    pub use librate_studies::sensitivity::{Sensitivities, ignored, put_uncertainties, sensitivities};
-}
+    /// How frequencies follow uncertain parameters. In full: [`librate_studies::sensitivity`].
+    pub mod sensitivity {
+        pub use librate_studies::sensitivity::{Sensitivities, ignored, put_uncertainties, sensitivities};
+    }
 
-/// Masses, centres and inertia tensors of bodies. In full: [`librate_studies::inertia`].
-#[cfg(feature = "engine")]
-pub mod inertia {
-    pub use librate_studies::inertia::{Amount, Body, InertiaError, Mesh, NamedTensor, of_model, of_points, warnings};
-}
+    /// Masses, centres and inertia tensors of bodies. In full: [`librate_studies::inertia`].
+    pub mod inertia {
+        pub use librate_studies::inertia::{
+            Amount, Body, InertiaError, Mesh, NamedTensor, of_model, of_points, warnings,
+        };
+    }
 
-/// One model, thousands of parameter sets. In full: [`librate_studies::batch`].
-#[cfg(feature = "engine")]
-pub mod batch {
-    pub use librate_studies::batch::{Options, Outcome, Solutions, Study, StudyError};
-}
+    /// One model, thousands of parameter sets. In full: [`librate_studies::batch`].
+    pub mod batch {
+        pub use librate_studies::batch::{Options, Outcome, Solutions, Study, StudyError};
+    }
 
-/// A model as functions for other languages. In full: [`librate_studies::code`].
-#[cfg(feature = "engine")]
-pub mod code {
-    pub use librate_studies::code::{Code, code};
-}
+    /// A model as functions for other languages. In full: [`librate_studies::code`].
+    pub mod code {
+        pub use librate_studies::code::{Code, code};
+    }
 
-/// Derivations compared with what they should be, for tests. In full: [`librate_studies::expect`].
-#[cfg(feature = "engine")]
-pub mod expect {
-    pub use librate_studies::expect::{Expected, Mismatches, are_equal};
-}
+    /// Derivations compared with what they should be, for tests. In full: [`librate_studies::expect`].
+    pub mod expect {
+        pub use librate_studies::expect::{Expected, Mismatches, are_equal};
+    }
 
-/// Periodic motion, periodic coefficients: multipliers, exponents, resonances. In full: [`librate_studies::floquet`].
-#[cfg(feature = "engine")]
-pub mod floquet {
-    pub use librate_studies::floquet::{Floquet, FloquetError, Options, Place, floquet};
-}
+    /// Periodic motion, periodic coefficients: multipliers, exponents, resonances. In full: [`librate_studies::floquet`].
+    pub mod floquet {
+        pub use librate_studies::floquet::{Floquet, FloquetError, Options, Place, floquet};
+    }
 
-/// Motion in time. In full: [`librate_studies::motion`].
-#[cfg(feature = "engine")]
-pub mod motion {
-    pub use librate_studies::motion::{Enclosed, MotionError, Start, System, Times, Trajectory, superposition};
-}
+    /// Motion in time. In full: [`librate_studies::motion`].
+    pub mod motion {
+        pub use librate_studies::motion::{Enclosed, MotionError, Start, System, Times, Trajectory, superposition};
+    }
 
-/// The period at finite amplitude. In full: [`librate_studies::period`].
-#[cfg(feature = "engine")]
-pub mod period {
-    pub use librate_studies::period::{Motion, Options, Oscillator, Period, PeriodError, Place, Request, curve, place};
-}
+    /// The period at finite amplitude. In full: [`librate_studies::period`].
+    pub mod period {
+        pub use librate_studies::period::{
+            Motion, Options, Oscillator, Period, PeriodError, Place, Request, curve, place,
+        };
+    }
 
-/// How frequencies begin to change with the amplitude. In full: [`librate_studies::amplitude`].
-#[cfg(feature = "engine")]
-pub mod amplitude {
-    pub use librate_studies::amplitude::{AmplitudeError, Amplitudes, Obstacle, amplitude, check};
-}
+    /// How frequencies begin to change with the amplitude. In full: [`librate_studies::amplitude`].
+    pub mod amplitude {
+        pub use librate_studies::amplitude::{AmplitudeError, Amplitudes, Obstacle, amplitude, check};
+    }
 
-/// The points of a model and the lines between them. In full: [`librate_studies::figure`].
-#[cfg(feature = "engine")]
-pub mod figure {
-    pub use librate_studies::figure::{Figure, figure};
-}
+    /// The points of a model and the lines between them. In full: [`librate_studies::figure`].
+    pub mod figure {
+        pub use librate_studies::figure::{Figure, figure};
+    }
 
-/// The steady response to a harmonic force. In full: [`librate_studies::response`].
-#[cfg(feature = "engine")]
-pub mod response {
-    pub use librate_studies::response::{PeakKind, Peaks, Request, Response, ResponseError, Study, Value};
-}
+    /// The steady response to a harmonic force. In full: [`librate_studies::response`].
+    pub mod response {
+        pub use librate_studies::response::{PeakKind, Peaks, Request, Response, ResponseError, Study, Value};
+    }
 
-/// Every equilibrium in a box. In full: [`librate_studies::equilibria`].
-#[cfg(feature = "engine")]
-pub mod equilibria {
-    pub use librate_studies::equilibria::{
-        Diagram, EquilibriaError, Equilibrium, Found, Kind, Region, find, follow, landscape,
-    };
-}
+    /// Every equilibrium in a box. In full: [`librate_studies::equilibria`].
+    pub mod equilibria {
+        pub use librate_studies::equilibria::{
+            Diagram, EquilibriaError, Equilibrium, Found, Kind, Region, find, follow, landscape,
+        };
+    }
 
-/// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
-#[cfg(feature = "engine")]
-pub mod sweep {
-    pub use librate_studies::sweep::{Place, Sweep, Worker};
-}
+    /// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
+    pub mod sweep {
+        pub use librate_studies::sweep::{Place, Sweep, Worker};
+    }
 
-/// Modes followed by their shapes over a range of a parameter. In full: [`librate_studies::tracking`].
-#[cfg(feature = "engine")]
-pub mod tracking {
-    pub use librate_studies::tracking::{Tracked, branches};
-}
+    /// Modes followed by their shapes over a range of a parameter. In full: [`librate_studies::tracking`].
+    pub mod tracking {
+        pub use librate_studies::tracking::{Tracked, branches};
+    }
 
-/// More places where curves bend. In full: [`librate_studies::refine`].
-#[cfg(feature = "engine")]
-pub mod refine {
-    pub use librate_studies::refine::{finest, refined};
-}
+    /// More places where curves bend. In full: [`librate_studies::refine`].
+    pub mod refine {
+        pub use librate_studies::refine::{finest, refined};
+    }
 
-/// Modes over a grid of one or two parameters. In full: [`librate_studies::grid`].
-#[cfg(feature = "engine")]
-pub mod grid {
-    pub use librate_studies::grid::{Grid, GridError, Nodes};
-}
+    /// Modes over a grid of one or two parameters. In full: [`librate_studies::grid`].
+    pub mod grid {
+        pub use librate_studies::grid::{Grid, GridError, Nodes};
+    }
 
-/// Charts of stability over two parameters. In full: [`librate_studies::chart`].
-#[cfg(feature = "engine")]
-pub mod chart {
-    pub use librate_studies::chart::{Chart, Place};
+    /// Charts of stability over two parameters. In full: [`librate_studies::chart`].
+    pub mod chart {
+        pub use librate_studies::chart::{Chart, Place};
+    }
+
+    pub use librate_studies::{Error, Source, assert_derives};
 }
 
 #[cfg(feature = "engine")]
-pub use librate_studies::{Error, Source, assert_derives};
+pub use engine::*;
 
 /// Results in writing.
 #[cfg(feature = "report")]
