@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
@@ -13,10 +13,9 @@ use librate::derive::CHAPTERS;
 use librate::linearize;
 use librate::model::Constant;
 use librate::number::Number;
-use librate::report::{FrequencyUnit, SweepView};
+use librate::report::{FrequencyUnit, Language, SweepView};
 
 use super::equilibria::Equilibria;
-use super::export::CodeLanguage;
 use super::guard::Guard;
 use super::repl::Repl;
 use super::response::ResponseArgs;
@@ -100,7 +99,7 @@ impl Command {
             Self::Sensitivity(args) => Some(&mut args.model),
             Self::Floquet(args) => Some(&mut args.model),
             Self::Motion(args) => Some(&mut args.model),
-            Self::Plot(plot) => Some(plot.what.model()),
+            Self::Plot { what } => Some(what.model()),
             Self::Show(args) => Some(&mut args.model),
             Self::Response(args) => Some(&mut args.model),
             Self::Equilibria(args) => Some(&mut args.model),
@@ -161,7 +160,11 @@ pub(crate) enum Command {
     Motion(Motion),
     /// A picture of the result of another command, as SVG
     #[command(long_about = about("plot"), after_help = examples("plot"))]
-    Plot(Plot),
+    Plot {
+        /// What is drawn
+        #[command(subcommand)]
+        what: Plotted,
+    },
     /// A page with the modes in motion, for a browser
     #[command(long_about = about("show"), after_help = examples("show"))]
     Show(Show),
@@ -182,13 +185,25 @@ pub(crate) enum Command {
     Derive(Derive),
     /// What the code of an error or warning means, with an example
     #[command(long_about = about("explain"))]
-    Explain(Explain),
+    Explain {
+        /// The code printed after `error` or `warning`: `E0201`; without one, all codes
+        #[arg(value_name = "CODE")]
+        code: Option<String>,
+    },
     /// Completions for a shell, to be saved in the shell's completion folder
     #[command(after_help = examples("completions"))]
-    Completions(Completions),
+    Completions {
+        /// The shell
+        #[arg(value_enum)]
+        shell: Shell,
+    },
     /// A manual page, for man
     #[command(after_help = examples("man"))]
-    Man(Man),
+    Man {
+        /// The page of a command, such as `modes`; by default that of librate
+        #[arg(value_name = "COMMAND")]
+        command: Option<String>,
+    },
     /// Put model files in canonical layout, comments kept
     #[command(long_about = about("fmt"), after_help = examples("fmt"))]
     Fmt(Fmt),
@@ -224,13 +239,6 @@ pub(crate) struct ModelArgs {
     /// Whether a picture is wanted in place of text.
     #[arg(skip)]
     pub(crate) drawn: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Plot {
-    /// What is drawn
-    #[command(subcommand)]
-    pub(crate) what: Plotted,
 }
 
 #[derive(Debug, Args)]
@@ -339,6 +347,14 @@ pub(crate) struct Modes {
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// A language of source code.
+fn language() -> impl TypedValueParser<Value = Language> {
+    let about = ["C, and C++", "Rust", "Python 3, without any package"];
+    let values = Language::ALL.into_iter().zip(about).map(|(own, about)| PossibleValue::new(own.as_str()).help(about));
+    let parser = PossibleValuesParser::new(values);
+    parser.map(|name| Language::ALL.into_iter().find(|own| own.as_str() == name).unwrap_or(Language::C))
 }
 
 /// A unit of frequencies.
@@ -546,8 +562,8 @@ pub(crate) struct Export {
     #[arg(long)]
     pub(crate) petsc: bool,
     /// Functions for M, K and the accelerations, as source code
-    #[arg(long, value_enum, value_name = "LANGUAGE")]
-    pub(crate) code: Option<CodeLanguage>,
+    #[arg(long, value_parser = language(), value_name = "LANGUAGE")]
+    pub(crate) code: Option<Language>,
     /// The folder, created if necessary, or the file for --npz and --code; code goes to standard output by default
     #[arg(short, long, value_name = "PATH", required_unless_present = "code")]
     pub(crate) output: Option<PathBuf>,
@@ -560,27 +576,6 @@ pub(crate) struct Check {
     /// Make the corrections that are certain enough, in the file itself, and show what changed
     #[arg(long)]
     pub(crate) fix: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Explain {
-    /// The code printed after `error` or `warning`: `E0201`; without one, all codes
-    #[arg(value_name = "CODE")]
-    pub(crate) code: Option<String>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Completions {
-    /// The shell
-    #[arg(value_enum)]
-    pub(crate) shell: Shell,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Man {
-    /// The page of a command, such as `modes`; by default that of librate
-    #[arg(value_name = "COMMAND")]
-    pub(crate) command: Option<String>,
 }
 
 #[derive(Debug, Args)]

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use librate::code;
 use librate::derive;
 use librate::linearize::Linearized;
@@ -19,7 +18,7 @@ const NAMES: [&str; 5] = ["M", "K", "G", "C", "N"];
 /// Writes the files; the answer lists them.
 pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
     let output = match (args.code, &args.output) {
-        (Some(language), output) => return code(args, language.into(), output.as_deref()),
+        (Some(language), output) => return code(args, language, output.as_deref()),
         (None, Some(output)) => output,
         // Not without --code.
         (None, None) => return Err(fault("`-o PATH` is missing".to_owned())),
@@ -97,25 +96,4 @@ fn list(args: &args::Export, output: &Path, matrices: &[Matrix]) -> String {
         let _ = writeln!(out, "{file}: {name}, {n} x {n}, {}, {stored} {entries}", matrix.mirror().as_str());
     }
     out
-}
-
-/// The language of source code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum CodeLanguage {
-    /// C, and C++
-    C,
-    /// Rust
-    Rust,
-    /// Python 3, without any package
-    Python,
-}
-
-impl From<CodeLanguage> for Language {
-    fn from(language: CodeLanguage) -> Self {
-        match language {
-            CodeLanguage::C => Self::C,
-            CodeLanguage::Rust => Self::Rust,
-            CodeLanguage::Python => Self::Python,
-        }
-    }
 }

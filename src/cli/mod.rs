@@ -119,7 +119,7 @@ pub(crate) fn run() -> ExitCode {
     let format = cli.message_format;
     let tells = cli.command.model().is_some_and(|model| model.verbose);
     let guard = Guard::new(cli.budget.unwrap_or_default(), format, tells);
-    let is_drawn = matches!(cli.command, Command::Plot(_) | Command::Show(_));
+    let is_drawn = matches!(cli.command, Command::Plot { .. } | Command::Show(_));
     if let Some(model) = cli.command.model() {
         model.guard = guard.clone();
         model.drawn = is_drawn;
@@ -133,16 +133,16 @@ pub(crate) fn run() -> ExitCode {
         Command::Floquet(floquet) => floquet_text(floquet),
         Command::Response(response) => response::text(response),
         Command::Motion(motion) => motion::text(motion, format),
-        Command::Plot(plot) => plot::text(plot, format),
+        Command::Plot { what } => plot::text(what, format),
         Command::Show(show) => show::text(show),
         Command::Equilibria(equilibria) => equilibria::text(equilibria),
         Command::Inertia(inertia) => inertia::text(inertia),
         Command::Export(export) => export::text(export),
         Command::Check(check) => check::text(check),
         Command::Derive(derive) => derive_text(derive),
-        Command::Explain(explain) => explain_text(explain),
-        Command::Completions(own) => Ok(Answer::new(completions(own.shell), None)),
-        Command::Man(own) => manual(own.command.as_deref()),
+        Command::Explain { code } => explain_text(code.as_deref()),
+        Command::Completions { shell } => Ok(Answer::new(completions(*shell), None)),
+        Command::Man { command } => manual(command.as_deref()),
         // Has several files, each with a result of its own.
         Command::Fmt(fmt) => return fmt::run(fmt, format),
         Command::Repl(own) => return repl::run(own, format),
@@ -184,19 +184,13 @@ fn usage(error: &clap::Error) -> u8 {
     written.map_or_else(|failure| complain(failure, MessageFormat::Text), |()| 0)
 }
 
-fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
-    let text = match &args.code {
-        None => explain::codes()
-            .filter_map(|code| explain::explain(code)?.lines().next())
-            .map(|title| format!("{}\n", title.trim_start_matches(['#', ' '])))
-            .collect(),
-        Some(code) => match explain::explain(code) {
-            Some(page) => readable(page),
-            None => {
-                let help = "codes follow `error` and `warning`, like E0201; `librate explain` lists them";
-                return Err(wrong_request(format!("there is no code `{code}`"), help));
-            }
-        },
+fn explain_text(code: Option<&str>) -> Result<Answer, Failure> {
+    let title = |code| Some(format!("{}\n", explain::explain(code)?.lines().next()?.trim_start_matches(['#', ' '])));
+    let help = "codes follow `error` and `warning`, like E0201; `librate explain` lists them";
+    let none = |code: &str| wrong_request(format!("there is no code `{code}`"), help);
+    let text = match code {
+        None => explain::codes().filter_map(title).collect(),
+        Some(code) => explain::explain(code).map(readable).ok_or_else(|| none(code))?,
     };
     Ok(Answer::new(text, None))
 }

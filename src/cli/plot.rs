@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use librate::report::{self, SweepView};
 
-use super::args::{MessageFormat, Plot, Plotted};
+use super::args::{MessageFormat, Plotted};
 use super::{Answer, Failure, chart, equilibria, modes_text, motion, period, response, sweep, wrong_request};
 
-pub(super) fn text(plot: &mut Plot, format: MessageFormat) -> Result<Answer, Failure> {
-    let (answer, output): (_, &Option<PathBuf>) = match &mut plot.what {
+pub(super) fn text(what: &mut Plotted, format: MessageFormat) -> Result<Answer, Failure> {
+    let (answer, output): (_, &Option<PathBuf>) = match what {
         Plotted::Modes(own) => (modes_text(&own.args, report::modes_svg), &own.output),
         Plotted::Spectrum(own) => (modes_text(&own.args, report::spectrum_svg), &own.output),
         Plotted::Sweep(own) => {

@@ -4,18 +4,25 @@ use std::fmt::Write;
 
 use super::json::string;
 use librate_core::expr::Function;
+use librate_core::worded;
 use librate_studies::code::{Code, Matrix, Rest, Search};
 use librate_studies::program::{Operation, Program};
 
+worded! {
 /// A programming language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Language {
+Language {
     /// C of 1999, and C++.
-    C,
+    C "c",
     /// Rust.
-    Rust,
+    Rust "rust",
     /// Python 3.
-    Python,
+    Python "python",
+}
+/// What it is asked for by.
+as_str
+/// All of them.
+ALL
 }
 
 /// What the accelerations are computed with.
