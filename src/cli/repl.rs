@@ -142,6 +142,7 @@ impl Session {
         let words = split(text);
         let Some(first) = words.first() else { return Ok(true) };
         let declares = words.get(1).is_some_and(|word| word.starts_with(['=', ':', '[']));
+        let has_operand = words.get(1).is_some_and(|word| !word.starts_with('-'));
         match first.as_str() {
             _ if declares => self.change(text)?,
             "quit" | "exit" => return Ok(false),
@@ -165,7 +166,7 @@ impl Session {
                 self.file = Some(PathBuf::from(file));
             }
             // `period` is a statement as well, with an expression in place of options.
-            command if is_command(command) && !(STATEMENT_WORDS.contains(&command) && has_operand(&words)) => {
+            command if is_command(command) && !(STATEMENT_WORDS.contains(&command) && has_operand) => {
                 self.run(&words)?;
             }
             "set" if text.contains('=') => {
@@ -406,11 +407,6 @@ fn given(text: &str) -> Option<&str> {
     let name = text.split_once('=')?.0.trim_end();
     let (head, indices) = name.find('[').map_or((name, "[]"), |at| name.split_at(at));
     (is_name(head.trim_end()) && !STATEMENT_WORDS.contains(&head.trim_end()) && indices.ends_with(']')).then_some(name)
-}
-
-/// Whether something else than options stands behind the first word.
-fn has_operand(words: &[String]) -> bool {
-    words.get(1).is_some_and(|word| !word.starts_with('-'))
 }
 
 /// A model of so many statements.

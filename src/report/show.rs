@@ -68,7 +68,8 @@ pub fn show_html(shown: &Shown<'_>) -> String {
         let _ = write!(out, "<div class=\"still\">\n{}</div>\n", modes_svg(linearized, modes));
         out.push_str(&table(shown));
     }
-    let _ = write!(out, "<h2>Model</h2>\n<pre><code>{}</code></pre>\n", lines_escaped(text));
+    let text: String = text.lines().map(|line| escaped(line) + "\n").collect();
+    let _ = write!(out, "<h2>Model</h2>\n<pre><code>{text}</code></pre>\n");
     if let Some(derivation) = shown.derivation {
         let page = derive_html(derivation);
         if page.len() <= MOST_DERIVED {
@@ -137,11 +138,6 @@ fn sliders(grid: &Grid) -> String {
         );
     }
     out + "<button id=\"own\" type=\"button\" disabled>As in the model</button>\n</div>\n"
-}
-
-/// Text of several lines, not markup.
-fn lines_escaped(text: &str) -> String {
-    text.lines().map(|line| escaped(line) + "\n").collect()
 }
 
 /// The modes with their digits, a row each that selects what moves.

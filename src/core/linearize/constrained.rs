@@ -141,13 +141,9 @@ pub(super) fn choose_bound<S: Enclosure>(
 }
 
 /// The same of all coordinates, where it can be of those that move nothing.
-pub(super) fn choose_light<S: Enclosure>(
-    gradients: &[Vec<S>],
-    moved: &[bool],
-    precision: S::Precision,
-) -> Option<Vec<usize>> {
+pub(super) fn choose_light(gradients: &[Vec<Ball>], moved: &[bool]) -> Option<Vec<usize>> {
     let rank = |column: usize, size: f64| (size > 0.0).then(|| (!moved[column] && size > LEAST_PIVOT, size));
-    eliminate(gradients.to_vec(), rank, precision).map(|own| own.pivots)
+    eliminate(gradients.to_vec(), rank, ()).map(|own| own.pivots)
 }
 
 /// The largest pivots that exclude 0, in some columns or in all.

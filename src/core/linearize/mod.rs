@@ -382,7 +382,7 @@ fn at_equilibrium(
     // What has inertia is left, so that what has none is a coordinate still.
     let moved = massless::moved(assembly, at, values, order).0;
     let in_balls =
-        constrained::choose_light(&rows, &moved, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
+        constrained::choose_light(&rows, &moved).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
     let found = in_balls.or_else(|| tangent_in_bits(search, equilibrium));
     Ok(constrained(found.ok_or_else(singular)?))
 }

@@ -227,7 +227,7 @@ Error ModelError {
     } => at(*span, ""),
 
     /// A list of values of the wrong length.
-    #[error("`{name}` has {}, but {} given", counted(*.expected, "member"), are_counted(*.found, "value"))]
+    #[error("`{name}` has {}, but {} given", counted(*.expected, "member"), counted(*.found, "value") + if *.found == 1 { " is" } else { " are" })]
     "E0114" ListLength(span) {
         /// The family.
         name: String,
@@ -544,11 +544,6 @@ fn quoted(name: &str) -> String {
 /// `1 member`, `3 members`
 pub(super) fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-/// `1 value is`, `3 values are`
-fn are_counted(count: usize, noun: &str) -> String {
-    format!("{} {}", counted(count, noun), if count == 1 { "is" } else { "are" })
 }
 
 /// `one index`, `3 indices`

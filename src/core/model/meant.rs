@@ -89,8 +89,7 @@ impl Compiler<'_> {
                 let stem = moving.split('[').next().unwrap_or(&moving);
                 // `dx`, `x_d` and `x_prime` may be a distance, what is desired, or in another frame.
                 let is_certain = ["dot", "Dot", "_dt"].iter().any(|own| dots.contains(own));
-                let is_moving = matches!(self.entity(stem), Some(Entity::Coordinate(_)));
-                is_moving.then(|| Meant { text: format!("{moving}'"), is_certain })
+                self.is_moving(stem).then(|| Meant { text: format!("{moving}'"), is_certain })
             })
         };
         let single = || {
@@ -242,8 +241,7 @@ impl Compiler<'_> {
     /// Whether a coordinate or one of its members stands there.
     fn is_coordinate(&self, at: ExprRef) -> bool {
         let head = self.flatten_index(at).0;
-        matches!(&self.file.expr(head).kind, ExprKind::Name(name)
-            if matches!(self.entity(name), Some(Entity::Coordinate(_))))
+        matches!(&self.file.expr(head).kind, ExprKind::Name(name) if self.is_moving(name))
     }
 
     /// `phi'` for `dot(phi)`, `diff(phi, t)` and `D[phi, t]`.
@@ -406,8 +404,7 @@ impl Compiler<'_> {
             return None;
         }
         // `ltheta'` for `l*theta'`, `cosphi'`
-        let is_coordinate = |own: &str| matches!(self.entity(own), Some(Entity::Coordinate(_)));
-        let moves = |own: &str| is_coordinate(own) || matches!(self.entity(own), Some(Entity::Let(_)));
+        let moves = |own: &str| self.is_moving(own) || matches!(self.entity(own), Some(Entity::Let(_)));
         let factors = factors_in(name, &|own| self.entity(own).is_some()).unwrap_or_default();
         if factors.into_iter().any(moves) || self.called(name).is_some() {
             return None;
@@ -432,7 +429,7 @@ impl Compiler<'_> {
         })?;
         // `Theta'` beside `theta`, `x'` beside `x1`
         let stem = |own: &str| own.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_').len();
-        let is_one = |own: &str| stem(own) < own.len() && is_same(&own[..stem(own)], name) && is_coordinate(own);
+        let is_one = |own: &str| stem(own) < own.len() && is_same(&own[..stem(own)], name) && self.is_moving(own);
         let has_rank = |own: &str| self.entity(own).and_then(|own| self.rank(own)) == Some(ranges.len());
         let is_other = |own: &str| moves(own) && has_rank(own) && (is_same(own, name) || is_one(own));
         if self.world.names.keys().any(|own| is_other(own)) {

@@ -94,7 +94,8 @@ impl Grid {
         self.find_by(at, |block| block.base + block.offset(at))
     }
 
-    fn find_by(&self, at: &Key, number: impl Fn(&Block) -> usize) -> Option<usize> {
+    /// The same, with another number in place of that of a member of a box.
+    pub(super) fn find_by(&self, at: &Key, number: impl Fn(&Block) -> usize) -> Option<usize> {
         let block = self.blocks.iter().find(|block| block.contains(at));
         self.singles.get(at).map(|(number, _)| *number).or_else(|| block.map(number))
     }
@@ -111,11 +112,6 @@ impl Grid {
     pub(super) fn numbers(&self) -> impl Iterator<Item = usize> + '_ {
         let boxes = self.blocks.iter().flat_map(|block| block.base..block.base + block.len());
         boxes.chain(self.singles.values().map(|(number, _)| *number))
-    }
-
-    /// The number of the box (not of the member) that holds an index.
-    pub(super) fn find_block(&self, at: &Key) -> Option<usize> {
-        self.find_by(at, |block| block.base)
     }
 
     /// Where a member that is to be added is given already.

@@ -143,7 +143,7 @@ impl World {
         let own = &self.lets[family];
         let indices = &at[..own.family.grid.rank];
         let missing = || self.out_of_range(Entity::Let(family), indices, span);
-        let number = own.family.grid.find_block(at).ok_or_else(missing)?;
+        let number = own.family.grid.find_by(at, |block| block.base).ok_or_else(missing)?;
         let piece = own.pieces.get(number).ok_or_else(missing)?;
         match &piece.filter {
             Some(filter) if !self.holds(filter, indices)? => Err(missing()),

@@ -22,7 +22,7 @@ use crate::precision::{Ball, DoubleDouble, U2, kernel, up};
 
 /// The problem, prepared for several rounds.
 pub(super) struct Quick<'a> {
-    zero: &'a ZeroSpace,
+    pub(super) zero: &'a ZeroSpace,
     mass: Operator<'a>,
     stiffness: Operator<'a>,
     /// The zero vectors' images and bounds of the length of what they are off by.
@@ -132,11 +132,6 @@ impl<'a> Quick<'a> {
         };
         let leak = (0..m).map(leak).collect();
         (overlap, leak)
-    }
-
-    /// Z (ZᵀMX), transposed.
-    pub(super) fn zero_part(&self, overlap: &Matrix) -> Option<Matrix> {
-        (overlap.columns > 0).then(|| product(overlap, &self.zero.mid.transposed(), Part::All))
     }
 }
 

@@ -101,7 +101,9 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
 pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> Matrix {
     let mut new = round.xt.clone();
     let mut change = multiply(step.correction.view().transpose(), new.hi.view());
-    if let Some(along) = quick.zero_part(&round.overlap) {
+    if round.overlap.columns > 0 {
+        // Z (ZᵀMX), transposed.
+        let along = product(&round.overlap, &quick.zero.mid.transposed(), Part::All);
         for (x, part) in change.data.iter_mut().zip(&along.hi.data) {
             *x -= part;
         }

@@ -30,10 +30,6 @@ impl Root {
         piece.iter().zip(&self.region).all(|(own, region)| own.is_within(region))
     }
 
-    pub(super) fn may_hold(&self, at: &[f64]) -> bool {
-        at.iter().zip(&self.region).all(|(x, region)| region.contains(*x))
-    }
-
     /// Whether another one is this.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         are_within(&other.at, &self.region) || are_within(&self.at, &other.region)

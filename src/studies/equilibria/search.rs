@@ -242,7 +242,8 @@ impl<'a> Search<'a> {
     fn look_for(&mut self, piece: &[Interval]) {
         let start: Vec<f64> = piece.iter().map(Interval::middle).collect();
         let Some(end) = self.follow(&start, piece) else { return };
-        if self.found.roots.iter().any(|root| root.may_hold(&end)) {
+        let may_hold = |root: &Root| end.iter().zip(&root.region).all(|(x, region)| region.contains(*x));
+        if self.found.roots.iter().any(may_hold) {
             return;
         }
         let sides: Vec<f64> = piece.iter().zip(&self.whole).map(|(own, all)| side(own, all)).collect();

@@ -23,7 +23,7 @@ pub(super) struct Energies {
     pub(super) coordinate: Symbol,
     /// U = V - T0.
     pub(super) potential: ExprId,
-    mass: ExprId,
+    pub(super) mass: ExprId,
     /// E, where M depends on it.
     pub(super) energy: Symbol,
 }
@@ -92,11 +92,6 @@ impl Energies {
     /// U and M.
     pub(super) fn roots(&self) -> [ExprId; 2] {
         [self.potential, self.mass]
-    }
-
-    /// Whether M depends on the energy.
-    pub(super) fn is_stretched(&self) -> bool {
-        self.pool.depends_on(self.mass, &|symbol| symbol == self.energy)
     }
 
     /// U and M as functions of the coordinate and of the signs of what absolute values are taken of, with the kinks of these.

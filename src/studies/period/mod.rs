@@ -194,7 +194,7 @@ impl Oscillator {
         let own = center.model().coordinates.at(0);
         // All parameters have values, or there would be no equilibrium.
         let tape = tape.ok_or_else(|| PeriodError::NotQuadratic { coordinate: own.name(), span: own.span })?;
-        let stretched = energies.is_stretched();
+        let stretched = energies.pool.depends_on(energies.mass, &|symbol| symbol == energies.energy);
         let even = place.is_some_and(|place| energies.is_even_about(place));
         let advance = energies.advance();
         Ok(Self { center, shape: shape()?, even, stretched, advance, kinks, pool: energies.pool, energies: tape })
