@@ -210,7 +210,6 @@ impl Exponents {
         }
         for (factor, multiplicity) in factors(pool, at_limit.get(zeros..)?) {
             let (middle, square) = match factor[..] {
-                [_] => continue,
                 [b, a] => (pool.div(b, a), zero),
                 [c, b, a] => {
                     let (middle, product) = (pool.div(b, a), pool.div(c, a));

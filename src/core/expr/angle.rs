@@ -65,10 +65,8 @@ impl Pool {
         let quarters = quarters.rem_floor(&Number::from(4)).and_then(|q| q.to_i64()).unwrap_or(0);
         let (base, mut flip) = match (function, quarters) {
             (Function::Sin, 1) => (Function::Cos, false),
-            (Function::Sin, 2) => (Function::Sin, true),
-            (Function::Sin, 3) => (Function::Cos, true),
-            (Function::Cos, 1) => (Function::Sin, true),
-            (Function::Cos, 2) => (Function::Cos, true),
+            (Function::Sin, 2) | (Function::Cos, 1) => (Function::Sin, true),
+            (Function::Sin, 3) | (Function::Cos, 2) => (Function::Cos, true),
             (Function::Cos, 3) => (Function::Sin, false),
             (unchanged, _) => (unchanged, false),
         };

@@ -130,7 +130,9 @@ fn typeset(command: &str) -> Lookalike {
         }
         ("dot", Some(name)) => return Lookalike::Write(format!("{}'", in_parentheses(name))),
         ("ddot", Some(name)) => return Lookalike::Write(format!("{}''", in_parentheses(name))),
-        ("dot" | "ddot", None) => return Lookalike::Say("write the time derivative after the name: `x'`"),
+        ("dot" | "ddot", None) | ("prime", _) => {
+            return Lookalike::Say("write the time derivative after the name: `x'`");
+        }
         ("vec" | "hat" | "bar" | "tilde" | "mathbf" | "boldsymbol" | "bm", _) => {
             return Lookalike::Say("names have no accents and no type: write `r`, or `r_hat` where both occur");
         }
@@ -148,7 +150,6 @@ fn typeset(command: &str) -> Lookalike {
                 "write the larger of two as `(a + b + abs(a - b))/2`, the smaller with `- abs(a - b)`",
             );
         }
-        ("prime", _) => return Lookalike::Say("write the time derivative after the name: `x'`"),
         ("lvert" | "rvert" | "vert" | "lVert" | "rVert" | "Vert", _) => return said('|'),
         ("left" | "right" | "quad" | "qquad", _) => return Lookalike::Say("leave it out"),
         (word, None) if matches!(word.to_lowercase().trim_end_matches(['l', 'r', 'm']), "big" | "bigg") => {

@@ -400,9 +400,8 @@ impl<'s> Splitter<'s> {
                 self.open(token, subscript);
             }
             TokenKind::Close => self.close(token),
-            TokenKind::Prime | TokenKind::Caret | TokenKind::Dot => self.link(token),
             TokenKind::Minus if operand_before => self.end_operand(),
-            TokenKind::Minus => self.link(token),
+            TokenKind::Prime | TokenKind::Caret | TokenKind::Dot | TokenKind::Minus => self.link(token),
             TokenKind::Word => match token.text(self.source) {
                 "not" => {
                     self.nots += 1;
@@ -494,12 +493,9 @@ fn without_double_brackets(text: &str) -> String {
 
 /// The character as it can be shown: unseen ones by number.
 fn shown(run: &str) -> String {
+    let is_unseen = |c: char| matches!(c, '\u{300}'..='\u{36f}' | '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}');
     match run.chars().next() {
-        Some(c) if c.is_control() || c.is_whitespace() || is_invisible(c) => format!("U+{:04X}", u32::from(c)),
+        Some(c) if c.is_control() || c.is_whitespace() || is_unseen(c) => format!("U+{:04X}", u32::from(c)),
         _ => run.chars().take(20).collect(),
     }
-}
-
-fn is_invisible(c: char) -> bool {
-    matches!(c, '\u{300}'..='\u{36f}' | '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}')
 }

@@ -179,12 +179,11 @@ impl Formula {
 /// The width of a part of a line in points.
 fn points(token: &Token) -> f64 {
     match token {
-        Token::Whole(formula) => formula.points(),
+        Token::Whole(formula) | Token::Exponent(formula) => formula.points(),
         Token::Term { first: true, negative: false } => 0.0,
         Token::Term { .. } => TERM,
         Token::Relation(sign) => Formula::Sign(*sign).points(),
         Token::Open(_) | Token::Close(_) => 7.0,
-        Token::Exponent(formula) => formula.points(),
         Token::Exp => 17.0,
         Token::Space => 1.7,
         Token::Comma => 4.5,

@@ -112,8 +112,7 @@ impl Notation {
             ExprKind::Number(text) => number(text),
             ExprKind::Name(name) => self.symbol(name),
             ExprKind::Index { base, indices } => {
-                let indices: Vec<Formula> = indices.iter().map(|at| lower(*at)).collect();
-                indexed(lower(base), indices.into_iter().map(Subscript::Index))
+                indexed(lower(base), indices.iter().map(|at| Subscript::Index(lower(*at))))
             }
             ExprKind::Field { base, field } => {
                 let word = Subscript::Word(field.text.to_string());

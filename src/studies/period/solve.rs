@@ -55,11 +55,10 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
             Ok(found) if decimal(&found.period, options.digits).rounding == Rounding::Correct => {
                 return finished(oscillator, request, task, found);
             }
-            Ok(_) => {}
             // More bits take more terms a panel and as many panels.
             Err(Stop::Final(error @ PeriodError::TooLong { .. })) => return Err(error),
             // Their range is that of doubles: what they find nothing for, more bits may.
-            Err(Stop::Final(_) | Stop::AtRest) => {}
+            Ok(_) | Err(Stop::Final(_) | Stop::AtRest) => {}
             Err(Stop::Precision(at)) => fence = look(oscillator, request, &at, false).unwrap_or_default(),
             Err(Stop::Rough(at)) => fence = look(oscillator, request, &at, true).unwrap_or_default(),
         }
