@@ -64,7 +64,7 @@ fn what_a_physicist_writes() {
 fn long_sums_are_broken_before_a_sign() {
     let terms: Vec<String> = (1..30).map(|i| format!("k*x[{i}]^2")).collect();
     let left = Formula::Symbol(Symbol::of("V"));
-    let sum = Formula::read(&terms.join(" + ")).unwrap_or(Formula::Number(String::new()));
+    let sum = Notation::default().read(&terms.join(" + ")).unwrap_or(Formula::Number(String::new()));
     let text = Formula::equation(left, sum).latex_display();
     assert!(text.starts_with("\\begin{aligned}\nV & = k x_{1}^{2} + "), "{text}");
     assert!(text.lines().count() > 3 && text.lines().all(|line| line.len() < 400));

@@ -10,11 +10,12 @@
 //! own, and the minus signs of factors and terms are multiplied out.
 //!
 //! ```
-//! use librate::typeset::Formula;
+//! use librate::typeset::Notation;
 //!
-//! let formula = Formula::read("1/2*m*l^2*theta[1]'^2").ok_or("not an expression")?;
+//! let notation = Notation::default();
+//! let formula = notation.read("1/2*m*l^2*theta[1]'^2").ok_or("not an expression")?;
 //! assert_eq!(formula.latex(), r"\frac{1}{2} m l^{2} \dot{\theta}_{1}^{2}");
-//! let root = Formula::read("sqrt(g/l)").ok_or("not an expression")?;
+//! let root = notation.read("sqrt(g/l)").ok_or("not an expression")?;
 //! assert_eq!(root.latex(), r"\sqrt{\frac{g}{l}}");
 //! # Ok::<(), &str>(())
 //! ```
@@ -153,12 +154,6 @@ impl Sign {
 }
 
 impl Formula {
-    /// The formula of an expression in the model language; `None` if the text is none.
-    #[must_use]
-    pub fn read(text: &str) -> Option<Self> {
-        Notation::default().read(text)
-    }
-
     /// A formula that is equal to another: `left = right`.
     #[must_use]
     pub fn equation(left: Self, right: Self) -> Self {

@@ -317,12 +317,6 @@ impl Study {
         Ok(Self { source, request, model, outputs, ends, fixed })
     }
 
-    /// The model, with the first value of the range where that is of a parameter.
-    #[must_use]
-    pub fn model(&self) -> &Model {
-        &self.model
-    }
-
     /// The same over other places between the same ends.
     #[must_use]
     pub fn over(mut self, range: Range) -> Self {

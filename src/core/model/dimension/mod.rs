@@ -44,12 +44,6 @@ impl Dimension {
         Self { exponents: exponents.map(|e| Number::from(i64::from(e))) }
     }
 
-    /// The exponents of kg, m, s, A, K, mol and cd.
-    #[must_use]
-    pub fn exponents(&self) -> &[Number; 7] {
-        &self.exponents
-    }
-
     /// Whether this is a pure number.
     #[must_use]
     pub fn is_number(&self) -> bool {
