@@ -50,10 +50,6 @@ pub(super) struct Cluster {
 }
 
 impl Cluster {
-    pub(super) fn new(range: Range<usize>, reach: Vec<f64>) -> Self {
-        Self { start: range.start, end: range.end, total: reach.iter().sum(), reach }
-    }
-
     pub(super) fn len(&self) -> usize {
         self.end - self.start
     }
@@ -158,7 +154,7 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
                         above += couplings.steps[position - 1] * factor;
                     }
                 }
-                clusters.push(Cluster::new(start..end, reach));
+                clusters.push(Cluster { start, end, total: reach.iter().sum(), reach });
                 start = end;
                 end = start + 1;
             }

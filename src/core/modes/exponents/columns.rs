@@ -11,7 +11,6 @@ use super::complex::{Complex, Wide, part, rounded};
 use super::couplings::{Approximate, Couplings, Link, Residuals};
 use super::resolve::{Turn, is_single, members, turn};
 use super::scale::Scaled;
-use super::spectrum::Value;
 use super::wide::{Matrices, WideColumn};
 use crate::precision::{self, Ball, Big, Enclosure, Magnitude, up};
 
@@ -113,13 +112,12 @@ impl Columns {
         }
     }
 
-    /// The exponent with this radius.
-    pub(super) fn value(&self, j: usize, radius: f64) -> Value {
+    /// The exponent with this radius, and to more digits where balls do not hold them.
+    pub(super) fn value(&self, j: usize, radius: f64) -> (Complex, Option<Wide>) {
         let radius = Magnitude::from_f64(radius);
-        match self.wide_mu(j) {
-            Some(mu) => Value::wide(mu.with_added_radius(radius)),
-            None => Value::new(self.mu(j).with_added_radius(radius)),
-        }
+        let wide = self.wide_mu(j).map(|mu| mu.with_added_radius(radius));
+        let far = wide.as_ref().map(|mu| Complex { re: mu.re.to_far_ball(), im: mu.im.to_far_ball() });
+        (far.unwrap_or_else(|| self.mu(j).with_added_radius(radius)), wide)
     }
 
     /// μ_i - μ_j, nearly.

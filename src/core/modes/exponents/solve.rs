@@ -129,12 +129,12 @@ fn undecided(solution: &Solution) -> bool {
     (0..columns.count()).any(|j| {
         let status = &solution.statuses[j];
         let Disc { radius, shared, .. } = solution.certificate.disc(j);
-        let value = columns.value(j, radius);
+        let (mu, _) = columns.value(j, radius);
         status.lacking
             && (shared > 1
                 || j < columns.together()
-                || !status.growth_zero && value.growth.contains_zero()
-                || !status.omega_zero && value.omega.contains_zero())
+                || !status.growth_zero && mu.re.contains_zero()
+                || !status.omega_zero && mu.im.contains_zero())
     })
 }
 

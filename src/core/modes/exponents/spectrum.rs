@@ -6,7 +6,7 @@ use faer::c64;
 
 use super::certify::{Certificate, Disc, Group};
 use super::columns::Columns;
-use super::complex::{Complex, Wide, largest};
+use super::complex::{Complex, largest};
 use super::couplings::Residuals;
 use super::repeated::{cluster_shapes, zero, zero_shapes};
 use super::scale::Scaled;
@@ -45,24 +45,6 @@ pub(super) struct Status {
     pub(super) rough: bool,
     /// About how many bits are missing.
     pub(super) score: f64,
-}
-
-/// An exponent with its bound: growth and omega, and both to more digits where balls do not hold them.
-#[derive(Clone, Debug)]
-pub(super) struct Value {
-    pub(super) growth: Ball,
-    pub(super) omega: Ball,
-    pub(super) wide: Option<Wide>,
-}
-
-impl Value {
-    pub(super) fn new(mu: Complex) -> Self {
-        Self { growth: mu.re, omega: mu.im, wide: None }
-    }
-
-    pub(super) fn wide(mu: Wide) -> Self {
-        Self { growth: mu.re.to_far_ball(), omega: mu.im.to_far_ball(), wide: Some(mu) }
-    }
 }
 
 /// What is known of all columns.
@@ -114,7 +96,7 @@ pub(super) fn status(
             && !facts.definite
             && near(im)
             && (alone(conjugate) || facts.symmetric && shared > 1 && on_axis(j));
-        let Value { growth, omega, wide } = columns.value(j, radius);
+        let (Complex { re: growth, im: omega }, wide) = columns.value(j, radius);
         let size = re.hypot(im);
         let part = |zero: bool, value: &Ball, wide: Option<&Big>| {
             if zero {
@@ -279,7 +261,7 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, op
     let Solution { columns, certificate, statuses, .. } = solution;
     let status = &statuses[j];
     let Disc { radius, shared, .. } = certificate.disc(j);
-    let Value { growth, omega, wide } = columns.value(j, radius);
+    let (Complex { re: growth, im: omega }, wide) = columns.value(j, radius);
     let growth = if status.growth_zero { Ball::ZERO } else { growth.scale(scaled.power) };
     let omega = if status.omega_zero { Ball::ZERO } else { omega.scale(scaled.power) };
     let omega = if omega.is_negative() { -omega } else { omega };
