@@ -17,7 +17,6 @@ use librate::report::{FrequencyUnit, Language, SweepView};
 
 use super::equilibria::Equilibria;
 use super::guard::Guard;
-use super::repl::Repl;
 use super::response::ResponseArgs;
 use super::sweep::{Part, part};
 use super::watch::Watch;
@@ -212,7 +211,11 @@ pub(crate) enum Command {
     Watch(Watch),
     /// Enter a model line by line and see how its frequencies move
     #[command(long_about = about("repl"), after_help = examples("repl"))]
-    Repl(Repl),
+    Repl {
+        /// A model to begin with
+        #[arg(value_name = "FILE")]
+        file: Option<PathBuf>,
+    },
     /// Language server for editors: errors while you type, values, completions, renaming
     #[command(long_about = about("lsp"))]
     Lsp,

@@ -145,7 +145,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Man { command } => manual(command.as_deref()),
         // Has several files, each with a result of its own.
         Command::Fmt(fmt) => return fmt::run(fmt, format),
-        Command::Repl(own) => return repl::run(own, format),
+        Command::Repl { file } => return repl::run(file.as_deref(), format),
         Command::Watch(watch) => return watch::run(watch, format),
         // Answers as long as it is asked.
         Command::Lsp => return lsp::run(),

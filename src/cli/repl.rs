@@ -6,7 +6,7 @@ use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, ExitCode, Stdio};
 
-use clap::{Args, CommandFactory};
+use clap::CommandFactory;
 use librate::diagnostic::{Diagnostic, nearest};
 use librate::model::{ModelError, Settings, TableTexts, elaborate, units_with_prefixes};
 use librate::syntax::{self, FUNCTIONS, STATEMENT_WORDS, StatementKind};
@@ -41,14 +41,6 @@ const WORDS: [&str; 6] = ["help", "text", "undo", "save", "quit", "exit"];
 /// Commands that have no model, or go on for ever.
 const OTHERS: [&str; 6] = ["fmt", "watch", "repl", "lsp", "completions", "man"];
 
-/// What can be typed.
-#[derive(Debug, Args)]
-pub(crate) struct Repl {
-    /// A model to begin with
-    #[arg(value_name = "FILE")]
-    file: Option<PathBuf>,
-}
-
 /// The model so far.
 struct Session {
     /// One statement each, with the comments above it.
@@ -61,11 +53,11 @@ struct Session {
     format: MessageFormat,
 }
 
-/// Reads and answers until the input ends.
-pub(super) fn run(repl: &Repl, format: MessageFormat) -> ExitCode {
+/// Reads and answers until the input ends; `file`: a model to begin with.
+pub(super) fn run(file: Option<&Path>, format: MessageFormat) -> ExitCode {
     let mut session = Session { entries: Vec::new(), before: Vec::new(), omegas: Vec::new(), file: None, format };
     let mut go = || -> Result<(), Failure> {
-        if let Some(file) = &repl.file {
+        if let Some(file) = file {
             session.open(file)?;
         }
         if io::stdin().is_terminal() { session.converse() } else { session.read(io::stdin().lock()) }

@@ -158,15 +158,13 @@ pub fn derive_json(derivation: &Derivation) -> String {
         fields.push(("energy_function", text(&energy.function)));
         fields.push(("hamiltonian", hamiltonian.map_or_else(null, text)));
         let conserved = energy.conserved.iter().map(|quantity| {
-            let value = match quantity {
-                Conserved::Momentum(i) => energy.momenta.get(*i).map_or_else(null, text),
-                Conserved::Motion { value, .. } | Conserved::Integral { value, .. } => text(value),
-                Conserved::Energy { .. } => text(&energy.function),
-            };
-            let name = match quantity {
-                Conserved::Energy { .. } => "h".to_owned(),
-                Conserved::Momentum(i) => derivation.names.of(Motion::Momentum(*i)),
-                Conserved::Motion { momenta: sum, .. } | Conserved::Integral { value: sum, .. } => derivation.text(sum),
+            let (name, value) = match quantity {
+                Conserved::Energy { .. } => ("h".to_owned(), text(&energy.function)),
+                Conserved::Momentum(i) => {
+                    (derivation.names.of(Motion::Momentum(*i)), energy.momenta.get(*i).map_or_else(null, text))
+                }
+                Conserved::Motion { momenta, value, .. } => (derivation.text(momenta), text(value)),
+                Conserved::Integral { value, .. } => (derivation.text(value), text(value)),
             };
             let reason = string(&conserved_because(quantity, &derivation.names).replace('`', ""));
             record([("name", string(&name)), ("value", value), ("because", reason)])
