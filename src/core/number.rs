@@ -182,7 +182,6 @@ impl Number {
     }
 
     /// Whether the number is whole and divisible by 2.
-    #[must_use]
     pub(crate) fn is_even(&self) -> bool {
         self.is_integer() && !self.numerator().bit(0)
     }
@@ -199,7 +198,6 @@ impl Number {
     }
 
     /// The length in bits of the larger of numerator and denominator.
-    #[must_use]
     pub(crate) fn bits(&self) -> usize {
         match &self.0 {
             Repr::Small(numerator, denominator) => {
@@ -221,7 +219,6 @@ impl Number {
     }
 
     /// Whether the number has outgrown [`MAX_BITS`].
-    #[must_use]
     pub(crate) fn is_oversized(&self) -> bool {
         self.bits() > MAX_BITS
     }

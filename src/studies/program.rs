@@ -74,7 +74,6 @@ pub struct Program {
 
 impl Program {
     /// How many registers there are.
-    #[must_use]
     pub(crate) fn registers(&self) -> usize {
         self.constants.len() + self.inputs + self.operations.len()
     }

@@ -67,7 +67,6 @@ impl Case {
     }
 
     /// How many frequencies have a closed form, each as often as it occurs.
-    #[must_use]
     pub(crate) fn known(&self) -> usize {
         self.frequencies.iter().map(|f| f.multiplicity).sum()
     }

@@ -27,7 +27,6 @@ pub struct Given {
 
 impl Given {
     /// From a file and what replaces its values. What the model has no letter for is written out where it has this letter itself.
-    #[must_use]
     pub(crate) fn new(file: &File, settings: &Settings, model: &Model) -> Self {
         let mut given = Self::default();
         let is_set = |name: &str| settings.texts().any(|text| head(text) == name);

@@ -151,7 +151,6 @@ impl MotionSum {
     }
 
     /// Whether nothing is left of it.
-    #[must_use]
     pub(crate) fn is_zero(&self) -> bool {
         self.terms.is_empty() && self.powers.is_empty()
     }

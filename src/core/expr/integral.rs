@@ -202,7 +202,6 @@ impl Exponentials {
     }
 
     /// The parts of rates of which an integral has to know whether they are 0.
-    #[must_use]
     pub(crate) fn rates(&self) -> BTreeSet<ExprId> {
         self.0.keys().flat_map(|form| form.rate).filter(|rate| *rate != ZERO).gather()
     }

@@ -86,7 +86,6 @@ pub struct ExprId(u32);
 
 impl ExprId {
     /// The place of the expression in its pool, for side tables.
-    #[must_use]
     pub(crate) fn index(self) -> usize {
         self.0 as usize
     }
@@ -103,7 +102,6 @@ pub struct Symbol(u32);
 
 impl Symbol {
     /// How many symbols of the pool were created before this one.
-    #[must_use]
     pub(crate) fn index(self) -> usize {
         self.0 as usize
     }
@@ -232,7 +230,6 @@ impl Pool {
 
     /// A pool without symbols that grows only within a budget: when that is spent, everything new is
     /// [`Node::Undefined`].
-    #[must_use]
     pub(crate) fn within(budget: Budget) -> Pool {
         let mut pool = Pool {
             nodes: Vec::new(),

@@ -504,7 +504,6 @@ impl Model {
     }
 
     /// The first of some names that no parameter, no coordinate and no expression has, to name what the model itself does not speak of.
-    #[must_use]
     pub(crate) fn unused_name(&self, names: &[&str]) -> String {
         let parameters = self.parameters.iter().map(|p| p.name.as_str());
         let coordinates = self.coordinates.stems();

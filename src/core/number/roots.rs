@@ -27,7 +27,6 @@ impl Number {
     }
 
     /// The exact root of this order of a number that is not negative, where it is rational.
-    #[must_use]
     pub(crate) fn root_exact(&self, order: u32) -> Option<Number> {
         if self.is_negative() || order == 0 {
             return None;

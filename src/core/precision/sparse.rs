@@ -94,13 +94,11 @@ impl<S> SparseMatrix<S> {
     }
 
     /// The number of entries.
-    #[must_use]
     pub(crate) fn stored(&self) -> usize {
         self.rows.len()
     }
 
     /// The rows of a column, ascending, and the entries there.
-    #[must_use]
     pub(crate) fn column(&self, j: usize) -> (&[u32], &[S]) {
         let range = self.starts[j]..self.starts[j + 1];
         (&self.rows[range.clone()], &self.values[range])
@@ -115,7 +113,6 @@ impl<S> SparseMatrix<S> {
     }
 
     /// How far the entries are from the diagonal at most.
-    #[must_use]
     pub(crate) fn bandwidth(&self) -> usize {
         self.entries().map(|(i, j, _)| i - j).max().unwrap_or(0)
     }

@@ -41,7 +41,6 @@ pub struct Classes {
 
 impl Classes {
     /// The classes of a symmetry; `None` where they can't be told apart.
-    #[must_use]
     pub(crate) fn new(symmetry: &Symmetry) -> Option<Self> {
         let (terms, mut names) = match &symmetry.kind {
             GroupKind::Mirrors(mirrors) => of_mirrors(symmetry, mirrors)?,
@@ -70,7 +69,6 @@ impl Classes {
 
     /// The class of a vector whose components are known within `error`; `None` where it has parts in
     /// several, or moves what is outside of the symmetry.
-    #[must_use]
     pub(crate) fn of(&self, vector: &[f64], error: f64) -> Option<&str> {
         if vector.len() != self.active.len() {
             return None;

@@ -82,13 +82,11 @@ impl SignedPermutation {
     }
 
     /// Whether every coordinate stays where it is, signs aside.
-    #[must_use]
     pub(crate) fn moves_nothing(&self) -> bool {
         self.image.iter().enumerate().all(|(i, j)| i == *j)
     }
 
     /// Whether nothing changes.
-    #[must_use]
     pub(crate) fn is_identity(&self) -> bool {
         self.moves_nothing() && !self.negative.contains(&true)
     }
@@ -243,7 +241,6 @@ impl Symmetry {
     }
 
     /// Whether the group may be larger with signs, which [`Symmetry::find_signed`] would find.
-    #[must_use]
     pub(crate) fn may_be_larger(&self) -> bool {
         !self.whole
     }
@@ -285,7 +282,6 @@ impl Symmetry {
 
     /// The symmetry of energies with a pattern of M and K: that of bodies where the coordinates are those of several at
     /// different places, else what stands of that of the pattern.
-    #[must_use]
     pub(crate) fn of_energies(pattern: &Pattern, energies: &mut Invariance) -> Option<Self> {
         if let Some(bodies) = energies.bodies()
             && let Some(found) = Self::of_bodies(&bodies, pattern, energies)
@@ -350,7 +346,6 @@ impl Symmetry {
     }
 
     /// The class of vectors that are odd under some of the mirrors that are its kind.
-    #[must_use]
     pub(crate) fn class_under_mirrors(&self, odd: &[bool]) -> String {
         let words: Vec<&str> = odd.iter().map(|odd| if *odd { "odd" } else { "even" }).collect();
         let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else { return words.join(", ") };

@@ -28,7 +28,6 @@ impl Pattern {
     }
 
     /// How many coordinates there are.
-    #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.rows.len()
     }
@@ -65,7 +64,6 @@ impl Pattern {
     }
 
     /// The coordinates of each part that hangs together by entries of M and K.
-    #[must_use]
     pub(crate) fn parts(&self) -> Vec<Vec<usize>> {
         let mut together = Groups::new(self.len());
         for (i, row) in self.rows.iter().enumerate() {
@@ -75,7 +73,6 @@ impl Pattern {
     }
 
     /// The number of its part, for each coordinate.
-    #[must_use]
     pub(super) fn components(&self) -> Vec<usize> {
         let mut component = vec![0; self.len()];
         for (number, group) in self.parts().into_iter().enumerate() {
@@ -85,7 +82,6 @@ impl Pattern {
     }
 
     /// The coordinates in parts where some force acts.
-    #[must_use]
     pub(crate) fn active(&self) -> Vec<bool> {
         let component = self.components();
         let mut held = vec![false; self.len()];

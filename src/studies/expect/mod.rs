@@ -55,7 +55,6 @@ macro_rules! parts {
 
         impl Part {
             /// What the part is called in [`assert_derives!`](crate::assert_derives) and in messages.
-            #[must_use]
             pub(crate) fn name(self) -> &'static str {
                 match self {
                     $(Self::$part => stringify!($name),)+

@@ -115,7 +115,6 @@ impl<S: Enclosure> Following<S> {
     }
 
     /// How large the set is beside where it is, both on the scales of the components; 0 where all of it is next to nothing.
-    #[must_use]
     pub(crate) fn spread(&self) -> f64 {
         let weights = self.set.weights();
         let most = |sizes: &mut dyn Iterator<Item = f64>| sizes.zip(weights).map(|(x, w)| x / w).fold(0.0, f64::max);

@@ -93,19 +93,16 @@ impl Equations {
     }
 
     /// The number of components of the state.
-    #[must_use]
     pub(crate) fn dimension(&self) -> usize {
         self.dimension
     }
 
     /// How many entries of J are not identically 0: with the dimension, what the products of a step are counted by.
-    #[must_use]
     pub(crate) fn couplings(&self) -> usize {
         self.couplings
     }
 
     /// Whether the state itself is followed.
-    #[must_use]
     pub(crate) fn is_moving(&self) -> bool {
         self.moving
     }
