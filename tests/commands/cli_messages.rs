@@ -50,6 +50,26 @@ fn an_equilibrium_that_runs_away_is_remarked_unless_it_was_given() {
     assert_eq!(code(format!("{falling} + y^2")), ["W0102"]);
     let given = "equilibrium x = 0  equilibrium y = 0";
     assert!(code(format!("{falling} + y^2 {given}")).is_empty());
+    // With friction, magnetic terms and forces as without, where the potential falls.
+    assert_eq!(code(format!("{falling} - y^2  dissipation = 0.1*x'^2")), ["W0101"]);
+    assert_eq!(code(format!("{falling} + y^2  force y = -0.1*y'")), ["W0102"]);
+    assert_eq!(code("coord x, y  lagrangian = x'^2 + y'^2 + 0.1*x*y' + x^2 - y^2".to_owned()), ["W0102"]);
+    assert!(code("coord x, y  lagrangian = x'^2 + y'^2 + 9*x*y' + x^2 + y^2".to_owned()).is_empty());
+    assert!(code("coord x, y  T = x'^2 + y'^2  V = x^2 + y^2  force x = 9*y  force y = -9*x".to_owned()).is_empty());
+}
+
+#[test]
+fn the_coordinate_that_moves_away_is_named_without_vectors_too() {
+    let saddle = "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = x^2 - y^2";
+    let damped = format!("{saddle}  dissipation = 0.1*x'^2");
+    let tied = "coord z, x, y  T = 1/2*(x'^2 + y'^2 + z'^2)  V = x^2 - y^2  constraint z = x";
+    for (model, line) in [(saddle, "modes -"), (&damped, "modes -"), (tied, "modes -"), (saddle, "modes - --lowest 1")]
+    {
+        let run = with_input(&format!("{line} --no-vectors").split(' ').collect::<Vec<_>>(), model);
+        assert!(run.err.contains("[W0102]") && run.err.contains("`y` moves away from it"), "{model}: {}", run.err);
+    }
+    let maximum = with_input(&["modes", "-", "--lowest", "1"], "coord x, y  T = x'^2 + y'^2  V = -x^2 - y^2");
+    assert!(maximum.err.contains("[W0101]"), "{}", maximum.err);
 }
 
 #[test]

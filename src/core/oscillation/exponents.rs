@@ -44,14 +44,20 @@ impl QuadraticSource for Source<'_> {
 /// As [`super::normal_modes`].
 pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
     let (problem, mut zero_modes) = problem(linearized);
+    // The classes are read off the shapes, which are made for them where that is cheap.
+    let for_classes = || super::has_shapes(problem.dimension, options) && super::symmetry::may_classify(linearized);
+    let inner = Options { vectors: options.vectors || for_classes(), ..options.clone() };
     let found = match linearized.flow() {
-        Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, options)?,
-        None => solved(Source { linearized, flow: None }, problem.clone(), &mut zero_modes, options)?,
+        Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, &inner)?,
+        None => solved(Source { linearized, flow: None }, problem.clone(), &mut zero_modes, &inner)?,
     };
     let stabilised = problem.structure == Form::Gyroscopic
         && found.stability == Stability::Stable
         && falling_direction(&problem.mass, &problem.stiffness).is_some();
-    let modes = in_words(linearized, found, zero_modes);
+    let mut modes = in_words(linearized, found, zero_modes);
+    if !options.vectors {
+        modes.modes.iter_mut().for_each(|mode| (mode.vector, mode.imaginary) = (Vec::new(), Vec::new()));
+    }
     Ok(NormalModes { gyroscopically_stabilised: stabilised, ..modes })
 }
 

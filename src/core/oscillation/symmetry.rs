@@ -66,11 +66,17 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
     by_entries(linearized, mass, stiffness).or(of_bodies)
 }
 
+/// Whether modes with friction or rotation may have classes.
+pub(super) fn may_classify(linearized: &Linearized) -> bool {
+    let is_wanted = (2..=MOST_COORDINATES).contains(&linearized.coordinates()) && linearized.massless_directions() == 0;
+    let pattern = || linearized.whole().and_then(|(mass, stiffness)| of_enclosures(&mass, &stiffness));
+    is_wanted && pattern().is_some_and(|pattern| Symmetry::may_have_classes(&pattern))
+}
+
 /// Gives classes to modes with friction or rotation, whose real and imaginary parts are shapes of one class each.
 pub(super) fn classify(linearized: &Linearized, modes: &mut [NormalMode]) {
-    let n = linearized.model().coordinates.len();
-    let is_whole = |own: &NormalMode| own.vector.len() == n;
-    if !(2..=MOST_COORDINATES).contains(&n) || linearized.massless_directions() > 0 || !modes.iter().any(is_whole) {
+    let is_whole = |own: &NormalMode| own.vector.len() == linearized.coordinates();
+    if !modes.iter().any(is_whole) || !may_classify(linearized) {
         return;
     }
     let Some((mass, stiffness)) = linearized.whole() else { return };

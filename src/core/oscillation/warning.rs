@@ -5,8 +5,9 @@ use crate::diagnostic::{Diagnostic, at};
 use crate::linearize::{Linearized, Origin, Shape, Structure};
 use crate::mistakes;
 use crate::model::Model;
-use crate::modes::{Kind, Options, leading};
+use crate::modes::{Kind, Options, is_definite, leading};
 use crate::order::Order;
+use crate::precision::{Ball, SparseMatrix};
 use crate::span::Span;
 
 /// What is said of an equilibrium that was found and does not hold.
@@ -107,10 +108,12 @@ impl NormalModes {
                 found.extend(ill_conditioned(linearized, self));
             }
             // Of a large model dense matrices would be needed.
-            Structure::Circulatory | Structure::Damped if self.method.is_none() => {
+            _ if self.method.is_some() => {}
+            Structure::Gyroscopic => found.extend(runs_away(linearized, self)),
+            Structure::Circulatory | Structure::Damped => {
+                found.extend(runs_away(linearized, self));
                 found.extend(feeds_energy(linearized, self));
             }
-            _ => {}
         }
         found.iter().map(Diagnostic::from).collect()
     }
@@ -238,23 +241,34 @@ fn not_proved(linearized: &Linearized) -> Option<Warning> {
 }
 
 fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
+    let model = linearized.model();
+    let fastest = modes.modes.first().filter(|mode| mode.kind == Kind::Unstable)?;
     let origins = &linearized.equilibrium().origins;
-    let unstable = modes.modes.iter().filter(|mode| mode.kind == Kind::Unstable).count();
-    if unstable == 0 || origins.iter().all(|origin| *origin == Origin::Given) {
+    if !model.rolling.is_empty() || origins.iter().all(|origin| *origin == Origin::Given) {
         return None;
     }
-    // Forces and rolling make motions grow about a minimum, too.
+    // Other forces make motions grow about a minimum, too, and a steady motion is no equilibrium of a potential.
     let falls = || super::exponents::falling_direction(&linearized.mass(), &linearized.stiffness()).is_some();
-    let by_potential = linearized.structure() == Structure::Conservative || falls();
-    if !linearized.model().rolling.is_empty() || !by_potential {
+    if linearized.structure() != Structure::Conservative && (model.rates.any() || !falls()) {
         return None;
     }
-    let largest = modes.modes.first().and_then(|mode| largest(&mode.vector));
-    let own = linearized.model().coordinates.get(largest.unwrap_or(0))?;
+    let leading = fastest.leading().or_else(|| {
+        let shaped = super::normal_modes(linearized, &Options::default().digits(2).lowest(1)).ok()?;
+        shaped.modes.first()?.leading()
+    });
+    let own = model.coordinates.get(leading?)?;
     let (span, coordinate) = (own.span, own.name());
-    Some(if unstable == linearized.dimension() {
-        Warning::Maximum { span, coordinate }
-    } else {
-        Warning::Saddle { span, coordinate }
+    Some(match is_maximum(linearized) {
+        true => Warning::Maximum { span, coordinate },
+        false => Warning::Saddle { span, coordinate },
     })
+}
+
+/// Whether K is proved to be negative definite.
+fn is_maximum(linearized: &Linearized) -> bool {
+    let dense = |matrix: &[Ball]| SparseMatrix::from_dense(linearized.dimension(), matrix);
+    let (mass, stiffness) =
+        linearized.sparse().unwrap_or_else(|| (dense(&linearized.mass()), dense(&linearized.stiffness())));
+    let turned: Vec<_> = stiffness.entries().map(|(i, j, entry)| (i as u32, j as u32, -*entry)).collect();
+    is_definite(&SparseMatrix::from_shares(mass.dimension(), &turned), &mass)
 }
