@@ -1,5 +1,6 @@
 //! Exact numbers from the command line.
 
+use super::settings::of_value;
 use super::{ModelError, Parameter, Settings, TableTexts, elaborate};
 use crate::budget::Budget;
 use crate::expr::{ExprId, Pool};
@@ -50,7 +51,8 @@ impl Constant {
         })?;
         let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2")).map_err(|own| first(&own))?;
         let settings = Settings::new().within(Budget::new(BYTES));
-        let model = elaborate(&file, &TableTexts::new(), &settings).map_err(|own| first(&own))?;
+        let model = elaborate(&file, &TableTexts::new(), &settings)
+            .map_err(|own| own.first().map_or_else(String::new, of_value))?;
         let value = match model.parameters.as_slice() {
             [only] if only.uncertainty.is_some() => return Err("a number without an uncertainty is meant".to_owned()),
             [only] => only.value,

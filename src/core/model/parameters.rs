@@ -11,7 +11,7 @@ use super::error::{counted, counted_indices};
 use super::members::{Members, reads_names};
 use super::names::{Entity, Family, Grid, Key, Parameter, SymbolKind, World, key, member_name};
 use super::program::Program;
-use super::settings::Settings;
+use super::settings::{Settings, of_value};
 use super::values::Value;
 use crate::diagnostic::nearest;
 use crate::expr::{ExprId, Substitution, evaluate_closed};
@@ -51,8 +51,11 @@ impl Elaborator<'_> {
             let sigma = setting.binding.uncertainty.map(read).transpose();
             let reason = match (errors.first(), value, sigma) {
                 (Some(ModelError::BadSetting { reason, .. }), _, _) => reason.clone(),
-                (Some(error), _, _) => error.to_string(),
-                (None, Some(Err(error)), _) | (None, _, Err(error)) => error.to_string(),
+                (Some(error), _, _) => of_value(error),
+                (None, Some(Err(error)), _) | (None, _, Err(error)) => of_value(&error),
+                (None, Some(Ok(value)), _) if !self.world.pool.symbols_of(&value.clone().scalars()).is_empty() => {
+                    "values are numbers, without names such as `t`".to_owned()
+                }
                 (None, Some(Ok(Value::Vector(_))), _) if setting.binding.indices.is_some() => {
                     "one member is one number".to_owned()
                 }

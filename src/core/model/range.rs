@@ -48,10 +48,10 @@ impl Range {
         // Each end by itself, so that `1) + (2` is none.
         for end in [&range.from, &range.to] {
             Settings::new().add(&format!("{} = {end}", range.name))?;
-            match constant(end) {
-                Some(value) if value.is_finite() => {}
-                Some(_) => return Err(bad(&format!("`{end}` is too large a number"))),
-                None => return Err(bad(&format!("`{end}` is not a constant"))),
+            let own = Constant::read(end).map_err(|reason| bad(&reason))?;
+            let value: Option<Ball> = evaluate_closed(own.pool(), own.value(), ());
+            if !value.is_some_and(|value| value.is_finite()) {
+                return Err(bad(&format!("`{end}` is not a number, or too large a one")));
             }
         }
         Ok(range)

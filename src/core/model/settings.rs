@@ -15,6 +15,18 @@ pub(super) fn reason(errors: &[SyntaxError], of_units: &str) -> String {
     }
 }
 
+/// What is wrong with a value from outside, where names have no meaning.
+pub(super) fn of_value(error: &ModelError) -> String {
+    match error {
+        ModelError::UndeclaredName { name, .. }
+        | ModelError::RecursiveLet { name, .. }
+        | ModelError::NotConstant { on: name, .. } => {
+            format!("values are numbers, without names such as `{name}`")
+        }
+        other => other.to_string(),
+    }
+}
+
 /// Values that replace those of the file, and what the model is wanted for.
 #[derive(Clone, Debug, Default)]
 #[must_use]
