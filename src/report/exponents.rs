@@ -90,7 +90,9 @@ fn form_parts(pool: &mut Pool, own: &Exponents, names: &Derivation, omega: Optio
     parts.extend(is_long.then(|| section(&format!("{title}, too long for a page, are in the JSON"), [])));
     if !lines.is_empty() {
         let rest = if own.complete { "" } else { " with a closed form" };
-        let title = format!("{title}{rest}{}", approximations(&own.approximations));
+        let is_complex = omega.is_none() && own.exponents.iter().any(|own| own.imaginary != zero);
+        let note = if is_complex { unit_note(&imaginary_unit(names)) } else { String::new() };
+        let title = format!("{title}{rest}{}{note}", approximations(&own.approximations));
         parts.push(Part::Section(title, lines, Form::Apart));
     }
     if names.shows("exponents") {
@@ -191,6 +193,11 @@ pub(super) fn imaginary_unit(names: &Derivation) -> String {
     // Expressions that the model names are written out where it stands.
     let is_symbol = |name: &str| names.symbols.keys().any(|own| own.split('[').next() == Some(name));
     first_free(&["i", "j", "I"], is_symbol)
+}
+
+/// What the imaginary unit is called, where that is not `i`.
+pub(super) fn unit_note(unit: &str) -> String {
+    if unit == "i" { String::new() } else { format!(", where `{unit}` is the imaginary unit") }
 }
 
 /// An exponent in the model language, with a letter for the imaginary unit.

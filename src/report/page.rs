@@ -6,7 +6,7 @@ use super::constraints::{
     FOLLOWS_TITLE, REDUCED_TITLE, constraint_texts, constraints_title, direction_texts, displacements_title,
     follow_texts, multiplier_texts, reduced_texts, unsolved,
 };
-use super::exponents::exponent_parts;
+use super::exponents::{exponent_parts, imaginary_unit, unit_note};
 use super::frequencies::{frequency_parts, signs};
 use super::runs::{ends, gathered};
 use librate_core::budget::Exceeded;
@@ -261,7 +261,7 @@ impl Page {
         if let (Some(given), Some(modes)) = (&derivation.given, &derivation.numbers)
             && derivation.shows("numbers")
         {
-            page.numbers(modes, given.has_units, &derivation.names.omega);
+            page.numbers(modes, given.has_units, &derivation.names.omega, &imaginary_unit(derivation));
         }
         if derivation.only.is_none() {
             page.parts.iter_mut().for_each(Part::shorten);
@@ -290,7 +290,7 @@ impl Page {
     }
 
     /// The frequencies at these values; exponents where some motion grows or decays.
-    fn numbers(&mut self, modes: &NormalModes, has_units: bool, letter: &str) {
+    fn numbers(&mut self, modes: &NormalModes, has_units: bool, letter: &str, unit: &str) {
         let are_frequencies = modes.modes.iter().all(|mode| mode.growth.is_zero());
         let is_damped = !modes.paired;
         let item = |mode: &NormalMode| {
@@ -299,20 +299,23 @@ impl Page {
             Some(match (mode.growth.is_zero(), mode.omega.is_zero()) {
                 (true, true) => omega,
                 (true, false) if are_frequencies => format!("`{omega}`"),
-                (true, false) => format!("± `{omega}` i"),
+                (true, false) => format!("± `{omega}` {unit}"),
                 (false, true) if is_damped => format!("`{growth}`"),
                 (false, true) => format!("± `{growth}`"),
-                (false, false) if is_damped => format!("`{growth}` ± `{omega}` i"),
-                (false, false) => format!("± `{growth}` ± `{omega}` i"),
+                (false, false) if is_damped => format!("`{growth}` ± `{omega}` {unit}"),
+                (false, false) => format!("± `{growth}` ± `{omega}` {unit}"),
             })
         };
         // Of pairs those that grow stand for both.
         let listed = modes.modes.iter().filter(|mode| is_damped || !mode.growth.is_negative());
         let Some(items) = listed.map(item).collect::<Option<Vec<Words>>>() else { return };
+        let note = unit_note(unit);
+        let is_said = |part: &Part| matches!(part, Part::Section(title, ..) if title.contains(&note));
         let (what, unit) = if are_frequencies {
             (format!("`{letter}` at these values"), ", in rad/s")
         } else {
-            ("exponents at these values".to_owned(), ", in 1/s")
+            let note = if self.parts.iter().any(is_said) { "" } else { &note };
+            (format!("exponents at these values{note}"), ", in 1/s")
         };
         self.parts.push(Part::Gap);
         self.parts.push(Part::List(format!("{what}{}", if has_units { unit } else { "" }), items));
