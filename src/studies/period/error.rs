@@ -149,7 +149,7 @@ Error PeriodError {
         upward: bool,
         /// Where the energies end, if they do.
         end: Option<String>,
-    } => nowhere().with_help("a lower energy, or a smaller amplitude, stays in the well"),
+    } => nowhere().with_help("where V has a well, a lower energy, or a smaller amplitude, stays in it"),
 
     /// Energies that have no expansion somewhere on the way.
     #[error("the energies are not smooth at {coordinate} = {place}, or too nearly singular there")]

@@ -18,9 +18,12 @@ Error ResponseError {
         name: String,
         /// The coordinate that may have been meant.
         nearest: Option<String>,
+        /// The first coordinate.
+        first: String,
     } => match nearest {
         Some(nearest) => nowhere().with_help(format!("did you mean `{nearest}`?")),
-        None => nowhere().with_help("forces act on coordinates, and coordinates respond: `--input 'x[1]' --output 'x[2]'`"),
+        None => nowhere()
+            .with_help(format!("forces act on coordinates, and coordinates respond: `--input '{first}' --output '{first}'`")),
     },
 
     /// No force is given, and the model has none that depends on the time.

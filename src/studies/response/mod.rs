@@ -183,7 +183,8 @@ pub struct Study {
 /// Finds a coordinate by its name.
 fn coordinate(model: &Model, name: &str, what: &'static str) -> Result<usize, ResponseError> {
     let named = source::coordinate(model, name);
-    named.map_err(|nearest| ResponseError::NotACoordinate { what, name: name.to_owned(), nearest })
+    let first = || model.coordinates.names().next().unwrap_or_default();
+    named.map_err(|nearest| ResponseError::NotACoordinate { what, name: name.to_owned(), nearest, first: first() })
 }
 
 impl System {

@@ -12,17 +12,28 @@ impl Response {
         let wanted = [
             (
                 Value::Infinite,
+                false,
                 "the response is infinite: an undamped resonance",
                 "there is no steady motion at this frequency: the force feeds the mode without end",
             ),
             (
+                Value::Infinite,
+                true,
+                "the response is infinite: nothing holds the model",
+                "there is no equilibrium under a constant force: it drives the model away",
+            ),
+            (
                 Value::Undecided,
+                false,
                 "the response is not decided",
                 "bounds do not tell it from a resonance or from 0: its cells are empty",
             ),
         ];
-        for (value, what, help) in wanted {
-            let hit = |at: &usize| self.outputs.iter().any(|output| output.values[*at] == value);
+        for (value, is_constant, what, help) in wanted {
+            // Those of the model's own drive are values of a parameter.
+            let is_of = |at: usize| (self.input.is_some() && self.places[at] == 0.0) == is_constant;
+            let is_meant = |at: usize| value == Value::Undecided || is_of(at);
+            let hit = |at: &usize| is_meant(*at) && self.outputs.iter().any(|output| output.values[*at] == value);
             let places: Vec<usize> = (0..self.places.len()).filter(hit).collect();
             if places.is_empty() {
                 continue;
