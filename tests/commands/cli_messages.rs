@@ -73,6 +73,53 @@ fn the_coordinate_that_moves_away_is_named_without_vectors_too() {
 }
 
 #[test]
+fn names_are_no_values_on_the_command_line() {
+    for (line, name) in [
+        ("period - --amplitude x", "x"),
+        ("period - --amplitude k", "k"),
+        ("motion - --start x=x --until 1 --samples 2", "x"),
+        ("motion - --start x=k --until 1 --samples 2", "k"),
+        ("motion - --start x=1 --until x --samples 2", "x"),
+        ("equilibria - --box x=-x..x", "x"),
+        ("modes - --set k=2*k", "k"),
+        ("modes - --set k=t", "t"),
+        ("sweep - --over k=0..k:2", "k"),
+    ] {
+        let run = with_input(&line.split(' ').collect::<Vec<_>>(), "param k = 4  coord x  T = 1/2*x'^2  V = k*x^2");
+        let said = format!("values are numbers, without names such as `{name}`");
+        assert!(run.status != 0 && run.err.contains(&said), "{line}: {}", run.err);
+    }
+}
+
+#[test]
+fn classes_and_reasons_are_those_of_the_model() {
+    let run = |line: &str, model: &str| with_input(&line.split(' ').collect::<Vec<_>>(), model);
+    let pair = "param c = 0.1  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x^2 + y^2 + (x - y)^2) ";
+    let friction = format!("{pair} dissipation = 1/2*c*(x'^2 + y'^2)");
+    let turning = "coord x, y  lagrangian = 1/2*(x'^2 + y'^2) + x*y' - y*x' - x^2 - 2*y^2";
+    for model in [friction.as_str(), turning] {
+        let classes = |line: &str| {
+            let json: serde_json::Value = serde_json::from_str(&run(line, model).out).unwrap();
+            let modes = json["modes"].as_array().unwrap().clone();
+            modes.iter().map(|mode| mode["symmetry"].clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(classes("modes - --json --no-vectors"), classes("modes - --json"), "{model}");
+    }
+    let free = "param c = 1  coord x  T = 1/2*x'^2  V = 0  dissipation = 1/2*c*x'^2";
+    let response = run("response - --input x --over omega=0..1:2", free);
+    assert!(
+        response.err.contains("nothing holds the model") && !response.err.contains("resonance"),
+        "{}",
+        response.err
+    );
+    let other = run("response - --input x --output zz --over omega=0..1:2", free);
+    assert!(other.err.contains("--output 'x'`"), "{}", other.err);
+    let page = run("derive -", "param i = 2, k = 3  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  dissipation = 1/2*i*x'^2");
+    assert!(page.out.contains("-1.000000000 ± 1.414213562 j"), "{}", page.out);
+    assert_eq!(page.out.matches("imaginary unit").count(), 1);
+}
+
+#[test]
 fn negative_numbers_are_values_of_options() {
     for (line, said) in [
         ("modes - --lowest -1", "a whole number, 1 or more, is needed"),
