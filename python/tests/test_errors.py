@@ -227,7 +227,7 @@ def test_help_names_arguments_of_python():
         lambda: librate.Model(spring.text, set={"k": "one"}): '`set={"m[2]": "3/2"}`',
         lambda: librate.Model(spring.text, set={"k": 1}).floquet(): "use `modes()`",
         lambda: pendulum.response("omega=1..2:3"): '`input="x", over="omega=a..b:n"`, or',
-        lambda: pendulum.response("omega=1..2:3", input="y"): '`input="x[1]", output="x[2]"`',
+        lambda: pendulum.response("omega=1..2:3", input="y"): '`input="x", output="x"`',
         lambda: pendulum.motion("x=1, x=2", until=1): """: `start="phi[1]=0.1, phi[1]'=0"`""",
         lambda: pendulum.motion("x=1", until=-1): "`until=10, samples=101`",
         lambda: pendulum.motion("x=1", until=1e9, proved=True): "without `proved` the",
