@@ -631,12 +631,23 @@ pub(super) fn times(a: &Monomial, b: &Monomial, power: &Number) -> Monomial {
 /// A base and the side of the fraction bar it stands on.
 type Side = (ExprId, bool);
 
-/// The base that stands in most terms, in two at least; the oldest of several.
+/// The base that stands in most terms, in two at least; the oldest of several. No square is taken apart for one other
+/// term and nothing else: a² + d² - 2 a d c stays.
 fn most_frequent(terms: &[(Monomial, Number)]) -> Option<Side> {
-    let mut counts: BTreeMap<Side, usize> = BTreeMap::new();
-    for (base, exponent) in terms.iter().flat_map(|(monomial, _)| monomial) {
-        *counts.entry((*base, exponent.is_negative())).or_default() += 1;
+    let mut found: BTreeMap<Side, Vec<usize>> = BTreeMap::new();
+    for (at, (monomial, _)) in terms.iter().enumerate() {
+        for (base, exponent) in monomial {
+            found.entry((*base, exponent.is_negative())).or_default().push(at);
+        }
     }
-    let most = counts.values().copied().max().filter(|count| *count > 1)?;
-    counts.into_iter().find(|(_, count)| *count == most).map(|(side, _)| side)
+    found.retain(|(base, _), places| match **places {
+        [one, other] => {
+            let [one, other] = [one, other].map(|at| &terms[at]);
+            power_of(&one.0, *base) == power_of(&other.0, *base)
+                || common_factor(&[one.clone(), other.clone()]).len() > 1
+        }
+        _ => places.len() > 2,
+    });
+    let most = found.values().map(Vec::len).max()?;
+    found.into_iter().find(|(_, places)| places.len() == most).map(|(side, _)| side)
 }

@@ -181,8 +181,10 @@ impl Pool {
         let mut has_positive = !all_negative;
         for (term, coefficient) in terms {
             let factors = self.factors(*term);
-            // Where nothing else could lead without a sign, a difference takes up the minus.
-            let reversed = if has_positive { None } else { self.reversible_factor(&factors) };
+            // Where nothing else could lead without a sign, a difference takes up the minus; of three terms and more,
+            // where most of them lose theirs.
+            let is_meant = |id: &ExprId| !has_positive || (!positive(coefficient) && self.is_mostly_negative(*id));
+            let reversed = self.reversible_factor(&factors).filter(is_meant);
             has_positive |= reversed.is_some();
             let negative = !positive(coefficient) && reversed.is_none();
             let piece = Piece::Term { coefficient: coefficient.abs().mul(by), factors, negated: reversed };
@@ -209,6 +211,12 @@ impl Pool {
                 out.push(piece);
             }
         });
+    }
+
+    fn is_mostly_negative(&self, sum: ExprId) -> bool {
+        let Node::Sum { constant, terms } = self.node(sum) else { return false };
+        let negative = terms.iter().filter(|(_, c)| c.is_negative()).count() + usize::from(constant.is_negative());
+        2 * negative > terms.len() + usize::from(!constant.is_zero())
     }
 
     fn is_root_of_sum(&self, (base, e): &(ExprId, Number)) -> bool {
