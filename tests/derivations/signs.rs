@@ -94,6 +94,56 @@ fn limits_draw_no_root_with_a_wrong_sign() {
     }
 }
 
+/// ζ = -Re s/|s| is negative where motions grow, whatever the sign of what damps them.
+#[test]
+fn damping_ratios_have_the_sign_of_the_friction() {
+    for (text, values, want) in [
+        (
+            "param m, k, c  coord x, u  T = m/2*x'^2  V = k/2*u^2  dissipation = c/2*(x' - u')^2",
+            [("m", 2.0), ("k", 3.0), ("c", 4.0)],
+            6f64.sqrt() / 8.0,
+        ),
+        (
+            "param m, k, c  coord x  T = m/2*x'^2  V = k/2*x^2  dissipation = c/2*x'^2",
+            [("m", 2.0), ("k", 3.0), ("c", 1.0)],
+            0.5 / 6f64.sqrt(),
+        ),
+    ] {
+        let own = page(text);
+        let found = &own.linear.as_ref().unwrap().exponents.as_ref().unwrap().exponents;
+        let ratio = found.iter().find_map(|own| own.damping_ratio).unwrap();
+        let [m, k, c] = values;
+        for (c, want) in [(c, want), ((c.0, -c.1), -want)] {
+            assert!((at(&own, ratio, &[m, k, c]) - want).abs() < 1e-15, "{text}");
+        }
+    }
+}
+
+/// Exponents in a limit are those of the polynomial there, where they are shorter or more: no root of minus a square.
+#[test]
+fn limits_of_exponents_are_zeros_of_the_polynomial_there() {
+    let top = "param A, C, n, h  coord x, y
+        lagrangian = A/2*(x'^2 + y'^2) + C*n/2*(x*y' - y*x') + h/2*(x^2 + y^2)";
+    let chain = "param m, k, c  coord x[1..3]  T = sum(i in 1..3, m/2*x[i]'^2)
+        V = sum(i in 1..2, k/2*(x[i+1] - x[i])^2) + k/2*x[1]^2 + k/2*x[3]^2  dissipation = c/2*x[1]'^2";
+    let [z, t] = [2f64.sqrt(), 1.5f64.sqrt()];
+    for (text, name, want) in [
+        (top, "h", vec![-1.05, 0.0, 0.0, 1.05]),
+        (chain, "c", [-t, t].iter().flat_map(|t| [(2.0 - z).sqrt(), z, (2.0 + z).sqrt()].map(|z| z * t)).collect()),
+    ] {
+        let mut own = page(text);
+        own.limit(name, &Number::ZERO);
+        let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+        assert!(found.complete && found.exponents.iter().all(|one| own.pool.display(one.real) == "0"), "{text}");
+        let values = [("A", 2.0), ("C", 3.0), ("n", 0.7), ("m", 2.0), ("k", 3.0)];
+        let repeated = found.exponents.iter().flat_map(|own| vec![own.imaginary; own.multiplicity]);
+        let mut all: Vec<f64> = repeated.map(|one| at(&own, one, &values)).collect();
+        let mut want: Vec<f64> = want;
+        [&mut all, &mut want].into_iter().for_each(|all| all.sort_by(f64::total_cmp));
+        assert!(all.len() == want.len() && all.iter().zip(&want).all(|(a, b)| (a - b).abs() < 1e-14), "{all:?}");
+    }
+}
+
 /// With a₁ = -a₂ a limit of a₂ is one of both, and is not what is asked for.
 #[test]
 fn limits_of_opposites_are_not_told() {

@@ -64,6 +64,24 @@ fn inertias_over_sixteen_decades() {
     assert!(modes("-").is_err());
 }
 
+/// Frequencies that are equal in doubles, and in pairs of them, are in order: ω² = k - c²/4.
+#[test]
+fn frequencies_closer_than_doubles_are_in_order() {
+    for (gap, friction, digits) in
+        [("3e-18", ["1e-18", "5e-18"], 30), ("3e-18", ["0.1", "0.1"], 30), ("3e-38", ["0.1", "0.1"], 50)]
+    {
+        let file = librate::syntax::parse(&format!(
+            "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*x^2 + 1/2*(1 - {gap})*y^2
+             dissipation = 1/2*{}*x'^2 + 1/2*{}*y'^2",
+            friction[0], friction[1]
+        ));
+        let model = librate::model::elaborate(&file.unwrap(), &Default::default(), &Default::default()).unwrap();
+        let found = normal_modes(&linearize(model).unwrap(), &Options::default().digits(digits)).unwrap().modes;
+        let moves: Vec<bool> = found.iter().map(|mode| mode.vector[1].abs() > 0.5).collect();
+        assert_eq!(moves, [true, false], "{gap} {friction:?}");
+    }
+}
+
 /// A motor turns a disc against friction, at the rate at which both balance: for these values, not for all.
 #[test]
 fn a_rate_is_kept_at_the_values() {

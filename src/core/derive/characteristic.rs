@@ -213,6 +213,11 @@ impl<'a> Factored<'a> {
         Some(all)
     }
 
+    /// Whether the highest coefficient of a factor is positive, as M is.
+    pub(super) fn leads_positively(&self, factor: &Factor) -> bool {
+        factor.polynomial.coefficients(EXPONENT).last().is_some_and(|own| self.signs.sign(own).holds_always())
+    }
+
     /// What has to be positive for stability; `None` where it is not written out.
     pub(super) fn stability(&self, pool: &mut Algebra<'_>) -> Option<Conditions> {
         let (checker, linear) = (self.checker, self.linear);

@@ -172,6 +172,11 @@ struct Found<'a, 'p> {
     own: &'a mut Exponents,
 }
 
+/// Whether absolute values occur.
+fn has_bars(pool: &Pool, e: ExprId) -> bool {
+    pool.reachable(&[e]).iter().any(|id| matches!(pool.node(*id), Node::Function(Function::Abs, _)))
+}
+
 /// Real and imaginary part.
 type Zero = (ExprId, ExprId);
 
@@ -300,7 +305,8 @@ impl Found<'_, '_> {
             let coefficients = factor.polynomial.coefficients(EXPONENT);
             let coefficients = coefficients.iter().map(|own| parts.ring.expression(self.pool, own));
             let coefficients: Vec<ExprId> = coefficients.collect();
-            let Some((zeros, ratio)) = self.zeros(&coefficients, factor.is_even()) else {
+            let [is_even, is_positive] = [factor.is_even(), parts.leads_positively(factor)];
+            let Some((zeros, ratio)) = self.zeros(&coefficients, is_even, is_positive) else {
                 self.own.complete = false;
                 continue;
             };
@@ -320,8 +326,8 @@ impl Found<'_, '_> {
         }
     }
 
-    /// The zeros of a polynomial, and the damping ratio of a pair.
-    fn zeros(&mut self, coefficients: &[ExprId], even: bool) -> Option<(Vec<Zero>, Option<ExprId>)> {
+    /// The zeros of a polynomial, with a positive highest coefficient or an unknown one, and the damping ratio of a pair.
+    fn zeros(&mut self, coefficients: &[ExprId], even: bool, is_positive: bool) -> Option<(Vec<Zero>, Option<ExprId>)> {
         let zero = self.pool.zero();
         match *coefficients {
             [b, a] => Some((vec![(self.quotient(b, a, Number::MINUS_ONE), zero)], None)),
@@ -332,7 +338,7 @@ impl Found<'_, '_> {
             [c, b, a] => {
                 let [middle, square, _] = self.middle(c, b, a);
                 let zeros = self.pair(square, true)?.map(|(real, imaginary)| (self.pool.add(middle, real), imaginary));
-                Some((zeros.to_vec(), self.damping_ratio(c, b, a)))
+                Some((zeros.to_vec(), self.damping_ratio([c, b, a], is_positive)))
             }
             [c, _, b, _, a] if even => Some((self.of_squares(c, b, a)?, None)),
             _ => None,
@@ -347,15 +353,17 @@ impl Found<'_, '_> {
         [middle, self.pool.short(|pool| pool.sub(square, product)), product]
     }
 
-    /// b/(2 sqrt(a c)), where c/a is positive.
-    fn damping_ratio(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<ExprId> {
+    /// (b/a)/(2 sqrt(c/a)), where c/a is positive.
+    fn damping_ratio(&mut self, [c, b, a]: [ExprId; 3], is_positive: bool) -> Option<ExprId> {
         let product = self.pool.mul(a, c);
         if self.sign(product)?.is_le() {
             return None;
         }
-        let (size, _) = root(self.pool, product);
+        let (above, square) =
+            if is_positive { (b, product) } else { (self.pool.div(b, a), self.quotient(c, a, Number::ONE)) };
+        let (size, _) = root(self.pool, square);
         let size = self.positive(size)?;
-        let plain = self.quotient(b, size, Number::half());
+        let plain = self.quotient(above, size, Number::half());
         if self.sign(b)?.is_le() {
             return Some(plain);
         }
@@ -364,7 +372,8 @@ impl Found<'_, '_> {
         let square = self.quotient(square, product, Number::half().mul(&Number::half()));
         let (other, _) = root(self.pool, square);
         let other = self.positive(other)?;
-        let shorter = self.pool.weight(other) < self.pool.weight(plain);
+        // Without the sign of b it would be that of no growing motion.
+        let shorter = self.pool.weight(other) < self.pool.weight(plain) && !has_bars(self.pool, other);
         Some(if shorter { other } else { plain })
     }
 
@@ -380,12 +389,8 @@ impl Found<'_, '_> {
         let flutters = self.sign(square)?.is_lt();
         let (h, exact) = root(self.pool, product);
         // Either sign of h gives the same u ± w.
-        let has_bars = |id: &ExprId| matches!(self.pool.node(*id), Node::Function(Function::Abs, _));
-        let h = if flutters || self.pool.reachable(&[p]).iter().any(has_bars) {
-            self.positive(h).unwrap_or(h)
-        } else {
-            up_to_sign(self.pool, h)
-        };
+        let h =
+            if flutters || has_bars(self.pool, p) { self.positive(h).unwrap_or(h) } else { up_to_sign(self.pool, h) };
         let half = |own: &mut Self, h_sign: i64, p_sign: i64| {
             let terms = [(h, h_sign), (p, p_sign)].map(|(e, sign)| (e, Number::from(sign).mul(&Number::half())));
             own.pool.short(|pool| pool.linear(&terms))

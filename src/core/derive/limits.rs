@@ -6,7 +6,7 @@ use hashbrown::HashMap;
 
 use super::exponents::{ClosedExponent, Exponents};
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
-use super::roots::{best_to_read, factors, of_polynomial, root};
+use super::roots::{best_to_read, factors, of_polynomial, root, without_zeros};
 use super::simplify::{Algebra, bases_with, rebuild};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict, evaluate_closed};
 use crate::number::Number;
@@ -273,12 +273,13 @@ impl Exponents {
                 parts.iter().all(has_value) && !divides_by_zero(pool, &parts, &near)
             };
             self.exponents.retain(|own| holds(pool, own));
-            if !is_series
-                && known(&self.exponents) < count
-                && let Some(mut found) = self.finite(pool, special)
-            {
+            if !is_series && let Some(mut found) = self.finite(pool, special) {
                 found.retain(|own| holds(pool, own));
-                if known(&found) > known(&self.exponents) {
+                let cost = |pool: &mut Algebra<'_>, all: &[ClosedExponent]| {
+                    pool.cost(&all.iter().flat_map(|own| [own.real, own.imaginary]).collect::<Vec<_>>())
+                };
+                let more = known(&found).cmp(&known(&self.exponents));
+                if more.is_gt() || more.is_eq() && cost(pool, &found) < cost(pool, &self.exponents) {
                     self.exponents = found;
                 }
             }
@@ -580,7 +581,15 @@ fn finite(pool: &mut Algebra<'_>, characteristic: &[ExprId], at: Special<'_>) ->
     let even = characteristic.iter().step_by(2).enumerate();
     let polynomial: Vec<ExprId> = even.map(|(power, own)| if power % 2 == 0 { *own } else { pool.neg(*own) }).collect();
     let at_limit = limit.polynomial(pool, &polynomial, at.symbol);
-    let mut squares = of_polynomial(pool, &at_limit)?;
+    let mut squares = of_polynomial(pool, &at_limit).or_else(|| {
+        let (zeros, rest) = without_zeros(pool, &at_limit);
+        let mut squares = vec![pool.zero(); zeros.len()];
+        for (factor, multiplicity) in factors(pool, rest) {
+            let own = of_polynomial(pool, &factor);
+            squares.extend(own.iter().flat_map(|own| own.repeat(multiplicity)));
+        }
+        Some(squares).filter(|own| own.len() > zeros.len())
+    })?;
     if let Approximation::Expansion { order, .. } = at.done {
         let from = std::mem::take(&mut squares);
         let none = pool.zero();

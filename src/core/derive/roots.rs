@@ -166,7 +166,7 @@ fn named(pool: &mut Algebra<'_>, request: Request<'_>, coefficients: &[ExprId], 
 }
 
 /// The zeros that are 0, and the coefficients without them.
-fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (&'a [ExprId], &'a [ExprId]) {
+pub(super) fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (&'a [ExprId], &'a [ExprId]) {
     let before_last = coefficients.iter().take(coefficients.len().saturating_sub(1));
     coefficients.split_at(before_last.take_while(|own| pool.vanishes(**own)).count())
 }

@@ -1,6 +1,7 @@
 //! Certified discs as exponents in printing order.
 
 use std::cell::OnceCell;
+use std::cmp::Ordering;
 
 use faer::c64;
 
@@ -321,8 +322,9 @@ fn sort(entries: &mut [Exponent]) {
         Kind::Zero => 1,
         _ => 2,
     };
-    let falling = |a: &Exponent, b: &Exponent| b.growth.mid.hi.total_cmp(&a.growth.mid.hi);
-    let rising = |a: &Exponent, b: &Exponent| a.omega.mid.hi.total_cmp(&b.omega.mid.hi);
+    let compare = |a: &Ball, b: &Ball| a.mid.hi.total_cmp(&b.mid.hi).then(a.mid.lo.total_cmp(&b.mid.lo));
+    let falling = |a: &Exponent, b: &Exponent| compare(&b.growth, &a.growth);
+    let rising = |a: &Exponent, b: &Exponent| compare(&a.omega, &b.omega);
     entries.order_by(|a, b| {
         place(a)
             .cmp(&place(b))
@@ -331,8 +333,17 @@ fn sort(entries: &mut [Exponent]) {
     // What may be equal is no order: neighbours that may be are put in order for themselves.
     let is_tie =
         |a: &Exponent, b: &Exponent| place(a) > 0 && place(a) == place(b) && (a.omega - b.omega).contains_zero();
+    let gap = |a: &Exponent, b: &Exponent| Some(&a.precise.as_ref()?.omega - &b.precise.as_ref()?.omega);
     for tied in entries.chunk_by_mut(is_tie) {
-        tied.order_by(falling);
+        // More digits tell some of them apart.
+        let is_precise = tied.iter().all(|own| own.precise.is_some());
+        if is_precise {
+            let sign = |gap: Big| gap.is_positive().cmp(&gap.is_negative());
+            tied.order_by(|a, b| gap(a, b).map_or(Ordering::Equal, |own| sign(own.center())));
+        }
+        for tied in tied.chunk_by_mut(|a, b| !is_precise || gap(a, b).is_none_or(|own| own.contains_zero())) {
+            tied.order_by(falling);
+        }
     }
 }
 
