@@ -394,6 +394,24 @@ fn conditions_that_follow_from_others_change_nothing() {
 }
 
 /// Where no place is free of forces that is told, and no condition on velocities is blamed that is a relation of coordinates.
+/// A load that conditions bear leaves all coordinates at 0, as one that is given there: x'' + 2 x - 5 theta = 0, theta'' + 3 theta = 0.
+#[test]
+fn conditions_bear_a_load_at_zero() {
+    for condition in ["y' = th*x'", "sin(th)*x' = cos(th)*y'"] {
+        let text =
+            format!("coord x, y, th  T = 1/2*(x'^2 + y'^2 + th'^2)  V = x^2 - 5*y + 3/2*th^2  constraint {condition}");
+        let linearized = linearized(model(&text)).unwrap();
+        let own = modes(&linearized).modes;
+        let kinds: Vec<Kind> = own.iter().map(|mode| mode.kind).collect();
+        assert_eq!(kinds, [Kind::Zero, Kind::Oscillation, Kind::Oscillation], "{condition}");
+        let squares: Vec<f64> = own.iter().map(|mode| mode.omega.mid_f64().powi(2)).collect();
+        assert!(squares[0] == 0.0 && (squares[1] - 2.0).abs() < 1e-14 && (squares[2] - 3.0).abs() < 1e-14);
+        assert!((own[2].vector[0] + 5.0 * own[2].vector[2]).abs() < 1e-14 && own[2].vector.len() == 3);
+        let page = derive(&model(&text), &Parts::default().frequencies(true)).unwrap();
+        assert!(page.linear.is_ok());
+    }
+}
+
 #[test]
 fn there_may_be_no_equilibrium() {
     let roller = "param g = 9.81  coord x, th  T = 1/2*(x'^2 + th'^2)  V = -g*x/2  constraint x' = 3*th'";

@@ -15,7 +15,7 @@ use super::motion::{Motion, MotionSum};
 use super::simplify::{Algebra, bases_with};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{self, LinearizeError, Linearized};
-use crate::model::{Local, Model, TermFamily};
+use crate::model::{Given, Local, Model, TermFamily};
 use crate::number::Number;
 use crate::order::{Gather, Order};
 
@@ -370,6 +370,12 @@ pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
                 | LinearizeError::NotCyclic { .. }
                 | LinearizeError::RateNotKept { .. }
         );
+        if own
+            && let Some((held, zeros)) = held_at_zero(&model)
+            && let Ok(found) = linearize::linearize(held)
+        {
+            return Ok(found.with_zeros(&zeros));
+        }
         let reduced = if own { in_independent_coordinates(&model) } else { None };
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
         let is_decided = reduced.is_some() && model.constraints.is_empty();
@@ -380,6 +386,22 @@ pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
             error => may_be_carried(&model, error),
         })
     })
+}
+
+/// The model at the place where all coordinates are 0 for which nothing is given, and these coordinates: there the forces of the
+/// conditions may balance all others.
+pub(super) fn held_at_zero(model: &Model) -> Option<(Model, Vec<usize>)> {
+    if model.rolling.is_empty() || model.guesses.any() || model.rates.any() {
+        return None;
+    }
+    let mut own = model.clone();
+    let zero = own.pool.zero();
+    let open: Vec<usize> = (0..own.coordinates.len()).filter(|i| own.equilibria.get(*i).is_none()).collect();
+    for i in &open {
+        let span = own.coordinates.at(*i).span;
+        own.equilibria.set(*i, Some(Given { symbolic: zero, value: Some(zero), span }));
+    }
+    Some((own, open))
 }
 
 /// What an error says of a model whose conditions on velocities may carry what no place is free of.

@@ -345,7 +345,13 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
 fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let budget = model.pool.budget();
     budget.at("M and K in symbols", None);
-    let (tied, matrices) = linearize::derive_with_multipliers(model);
+    let (mut tied, mut matrices) = linearize::derive_with_multipliers(model);
+    if let Err(LinearizeError::NoEquilibrium { .. } | LinearizeError::EquilibriumNotFound { .. }) = matrices
+        && let Some((held, _)) = independent::held_at_zero(model)
+        && let (own, Ok(found)) = linearize::derive_with_multipliers(&held)
+    {
+        (tied, matrices) = (own, Ok(found));
+    }
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut whole, mut linear) = match matrices {
         Ok(mut matrices) => {

@@ -1,7 +1,7 @@
 //! What a model about its equilibrium tells of itself.
 
 use super::constrained::Tangent;
-use super::equilibrium::Equilibrium;
+use super::equilibrium::{Equilibrium, Origin};
 use super::massless::Massless;
 use super::rolling::Rolling;
 use super::{
@@ -202,6 +202,14 @@ impl Linearized {
     #[must_use]
     pub fn structure(&self) -> Structure {
         self.structure
+    }
+
+    /// The same where some coordinates, for which the file gives nothing, are 0.
+    pub(crate) fn with_zeros(mut self, coordinates: &[usize]) -> Self {
+        for i in coordinates {
+            self.equilibrium.origins[*i] = Origin::Zero;
+        }
+        self
     }
 
     /// The rates of a steady motion in SI, one a coordinate, 0 for those that rest.
