@@ -208,6 +208,9 @@ impl Writer<'_> {
             env!("CARGO_PKG_VERSION"),
             self.file.map_or_else(String::new, |file| format!(" from {}", in_comment(file)))
         )];
+        if self.code.rest.is_none() {
+            about.push("The time occurs in the model: it has no mass and stiffness at an equilibrium.".to_owned());
+        }
         about.extend(parameters.iter().enumerate().map(|(at, (name, _))| format!("p[{at}] is {name}")));
         about.extend(self.code.coordinates.iter().enumerate().map(|(at, name)| format!("q[{at}] is {name}")));
         let comment = |mark: &str| about.iter().map(|line| format!("{mark} {line}\n")).collect::<String>();

@@ -144,6 +144,20 @@ fn limits_of_exponents_are_zeros_of_the_polynomial_there() {
     }
 }
 
+/// Values are drawn for parameters that roots exist for: no frequency is lost, nor one that is no vibration anywhere.
+#[test]
+fn what_stands_below_roots_is_drawn_positive() {
+    for text in [
+        "param m, a, s  coord x  T = m/2*x'^2  V = sqrt(a - s)*x^2/2",
+        "param m, a, b, s  coord x  T = m/2*x'^2  V = s*x^3/3 - b*x^2/2 + a*x/4
+         equilibrium x = (b + sqrt(b^2 - a*s))/(2*s)",
+    ] {
+        let found = squares(&page(text), &[("m", 2.0), ("a", 3.0), ("b", 4.0), ("s", 1.0)]);
+        let want = if text.contains('b') { 13f64.sqrt() / 2.0 } else { 2f64.sqrt() / 2.0 };
+        assert!(found.len() == 1 && (found[0] - want).abs() < 1e-14, "{found:?}");
+    }
+}
+
 /// With a₁ = -a₂ a limit of a₂ is one of both, and is not what is asked for.
 #[test]
 fn limits_of_opposites_are_not_told() {

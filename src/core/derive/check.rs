@@ -14,7 +14,7 @@ use super::collapse::angle;
 use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
-use super::simplify::Algebra;
+use super::simplify::{Algebra, bases_with};
 use crate::expr::{ExprId, Pool, Symbol, Tape, mix};
 use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, known_values, may_be_singular};
 use crate::model::Model;
@@ -85,8 +85,16 @@ pub(super) struct Checker<'a> {
 impl<'a> Checker<'a> {
     pub(super) fn new(model: &'a Model) -> Self {
         let mut checker = Self::drawn(model, 0);
-        while !checker.complete && checker.draws < MOST_DRAWS && !checker.assumptions_hold() {
-            checker = Self::drawn(model, checker.draws + 1);
+        while !checker.complete && checker.draws < MOST_DRAWS {
+            // Only assumptions may want negative values.
+            let steps = if !checker.assumptions_hold() {
+                1
+            } else if !checker.is_real() {
+                2
+            } else {
+                break;
+            };
+            checker = Self::drawn(model, checker.draws + steps);
         }
         checker
     }
@@ -115,6 +123,19 @@ impl<'a> Checker<'a> {
                 Comparison::Equal | Comparison::NotEqual => true,
             })
         })
+    }
+
+    /// Whether a given equilibrium and the roots of parameters in the energies and forces are real at the values.
+    fn is_real(&self) -> bool {
+        let (model, pool) = (self.model, &self.model.pool);
+        let given: Vec<ExprId> = model.equilibria.given().map(|own| own.symbolic).collect();
+        let terms = [&model.kinetic, &model.potential, &model.forces].into_iter().flatten().map(|own| own.body);
+        let is_root = |base, power: &Number| {
+            !power.is_integer() && pool.symbols_of(&[base]).iter().all(|own| self.values.contains_key(own))
+        };
+        let below = bases_with(pool, &terms.collect::<Vec<_>>(), is_root);
+        let is_finite = |own: &[ExprId]| self.evaluate(pool, own).is_none_or(|own| own.iter().all(Ball::is_finite));
+        is_finite(&given) && below.iter().all(|own| self.is_negative(pool, *own) != Some(true))
     }
 
     /// The model in numbers, where all parameters have values.
