@@ -394,6 +394,26 @@ fn conditions_that_follow_from_others_change_nothing() {
 }
 
 /// Where no place is free of forces that is told, and no condition on velocities is blamed that is a relation of coordinates.
+/// The equations of a disc that rolls upright or leans, as Neimark and Fufaev have them: what cos² + sin² is goes away at once.
+#[test]
+fn equations_of_a_rolling_disc_are_short() {
+    let text = "param m, r, g, I, J  coord X, Y, ph, th, ps
+        T = 1/2*m*(X'^2 + Y'^2 + r^2*sin(th)^2*th'^2) + 1/2*I*(th'^2 + ph'^2*cos(th)^2) + 1/2*J*(ps' - ph'*sin(th))^2
+        V = m*g*r*cos(th)
+        constraint X'*cos(ph) + Y'*sin(ph) + r*sin(th)*ph' = r*ps'
+        constraint -X'*sin(ph) + Y'*cos(ph) = r*cos(th)*th'";
+    let page = derive(&model(text), &Parts::all()).unwrap();
+    let reduced = page.independent.as_ref().unwrap();
+    let found: Vec<String> = reduced.equations.iter().map(|own| page.text(own)).collect();
+    let want = [
+        "(I*cos(th)^2 + (J + m*r^2)*sin(th)^2)*ph'' - (J + m*r^2)*ps''*sin(th) \
+         + 2*(J + m*r^2 - I)*ph'*th'*sin(th)*cos(th) - J*th'*ps'*cos(th)",
+        "(I + m*r^2)*th'' + (I - J - m*r^2)*ph'^2*sin(th)*cos(th) + (J + m*r^2)*ph'*ps'*cos(th) - m*r*g*sin(th)",
+        "-(J + m*r^2)*ph''*sin(th) + (J + m*r^2)*ps'' - (J + 2*m*r^2)*ph'*th'*cos(th)",
+    ];
+    assert_eq!(found, want);
+}
+
 /// A load that conditions bear leaves all coordinates at 0, as one that is given there: x'' + 2 x - 5 theta = 0, theta'' + 3 theta = 0.
 #[test]
 fn conditions_bear_a_load_at_zero() {

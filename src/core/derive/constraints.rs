@@ -16,7 +16,7 @@ use crate::model::Model;
 use crate::order::Order;
 
 /// Determinants of so many rows are written out.
-const MOST_BY_DETERMINANTS: usize = 3;
+pub(super) const MOST_BY_DETERMINANTS: usize = 3;
 
 /// A matrix, row by row.
 type Rows = Vec<Vec<ExprId>>;

@@ -8,10 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::iter::repeat_n;
 
 use super::check::Checker;
-use super::constraints::solved_for;
+use super::constraints::{MOST_BY_DETERMINANTS, solved_for};
 use super::equations::{self, Factors, single};
 use super::lagrangian::{self, Lagrangian, Variables};
 use super::motion::{Motion, MotionSum};
+use super::shapes::determinant;
 use super::simplify::{Algebra, bases_with};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{self, LinearizeError, Linearized};
@@ -177,12 +178,17 @@ pub(super) fn independent(
     let cyclic = |i: &usize| used.binary_search(&variables.coordinates[*i]).is_err();
     let (mut candidates, others): (Vec<usize>, Vec<usize>) = (0..n).partition(cyclic);
     candidates.extend(others.iter().rev());
-    let (bound, rows) = solved_for(pool, &rows, &candidates, is_pivot)?;
+    let (bound, eliminated) = solved_for(pool, &rows, &candidates, is_pivot)?;
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
-    let mut solved = Vec::with_capacity(bound.len());
-    for (i, row) in bound.iter().zip(rows) {
+    let mut solved: Vec<(usize, Vec<ExprId>)> = Vec::with_capacity(bound.len());
+    for (i, row) in bound.iter().zip(eliminated) {
         let own = row.into_iter().map(|entry| pool.short(|pool| pool.neg(entry)));
         solved.push((*i, own.collect()));
+    }
+    if let Some(other) = by_determinants(pool, &rows, &bound) {
+        let [before, after] =
+            [&solved, &other].map(|all| pool.weight_of(&all.iter().flat_map(|own| own.1.clone()).collect::<Vec<_>>()));
+        solved = if after < before { other } else { solved };
     }
     let all: Vec<ExprId> = solved.iter().flat_map(|(_, row)| row).copied().collect();
     let divisors = bases_with(pool, &all, |base, exponent| exponent.is_negative() && !pool.is_constant(base));
@@ -202,12 +208,36 @@ pub(super) fn independent(
         for term in &mut equation.terms {
             term.coefficient = over_divisors(pool, &divisors, term.coefficient);
         }
+        equation.terms.retain(|term| !term.coefficient.is_zero());
         equations.push(equation);
     }
     let follows = bound.into_iter().map(|i| (i, MotionSum::of_parts(pool, motions.velocities[i].clone())));
     let mut follows: Vec<(usize, MotionSum)> = follows.collect();
     follows.order_by_key(|(i, _)| *i);
     Some(Independent { free, follows, equations })
+}
+
+/// The bound columns of few rows in terms of the others by Cramer's rule, in which cos² + sin² is 1 before anything is divided by it.
+fn by_determinants(pool: &mut Algebra<'_>, rows: &[Vec<ExprId>], bound: &[usize]) -> Option<Vec<(usize, Vec<ExprId>)>> {
+    if !(2..=MOST_BY_DETERMINANTS).contains(&rows.len()) {
+        return None;
+    }
+    let block = |replaced: usize, by: usize| -> Vec<Vec<ExprId>> {
+        let column = |own: &usize| if *own == replaced { by } else { *own };
+        rows.iter().map(|row| bound.iter().map(|own| row[column(own)]).collect()).collect()
+    };
+    let whole = pool.short(|pool| determinant(pool, &block(bound[0], bound[0])));
+    let mut solved = Vec::new();
+    for own in bound {
+        let mut entries = Vec::new();
+        for by in 0..rows[0].len() {
+            let part = pool.short(|pool| determinant(pool, &block(*own, by)));
+            let quotient = pool.div(part, whole);
+            entries.push(pool.short(|pool| pool.neg(quotient)));
+        }
+        solved.push((*own, entries));
+    }
+    Some(solved)
 }
 
 /// An expression over a power of one of the divisors, where that is shorter: 1 + tan² as 1/cos².
