@@ -372,8 +372,10 @@ impl Found<'_, '_> {
         let square = self.quotient(square, product, Number::half().mul(&Number::half()));
         let (other, _) = root(self.pool, square);
         let other = self.positive(other)?;
-        // Without the sign of b it would be that of no growing motion.
-        let shorter = self.pool.weight(other) < self.pool.weight(plain) && !has_bars(self.pool, other);
+        // Without the signs of a and b it would be that of no growing motion.
+        let is_known = is_positive || self.checker.linearized().is_some() && self.sign(a) == Some(Ordering::Greater);
+        let is_signed = is_known && !has_bars(self.pool, other);
+        let shorter = is_signed && self.pool.weight(other) < self.pool.weight(plain);
         Some(if shorter { other } else { plain })
     }
 

@@ -185,7 +185,7 @@ pub(super) fn independent(
         let own = row.into_iter().map(|entry| pool.short(|pool| pool.neg(entry)));
         solved.push((*i, own.collect()));
     }
-    if let Some(other) = by_determinants(pool, &rows, &bound) {
+    if let Some(other) = by_determinants(pool, &rows, &bound, is_pivot) {
         let [before, after] =
             [&solved, &other].map(|all| pool.weight_of(&all.iter().flat_map(|own| own.1.clone()).collect::<Vec<_>>()));
         solved = if after < before { other } else { solved };
@@ -218,7 +218,12 @@ pub(super) fn independent(
 }
 
 /// The bound columns of few rows in terms of the others by Cramer's rule, in which cos² + sin² is 1 before anything is divided by it.
-fn by_determinants(pool: &mut Algebra<'_>, rows: &[Vec<ExprId>], bound: &[usize]) -> Option<Vec<(usize, Vec<ExprId>)>> {
+fn by_determinants(
+    pool: &mut Algebra<'_>,
+    rows: &[Vec<ExprId>],
+    bound: &[usize],
+    is_pivot: &dyn Fn(&Pool, ExprId) -> bool,
+) -> Option<Vec<(usize, Vec<ExprId>)>> {
     if !(2..=MOST_BY_DETERMINANTS).contains(&rows.len()) {
         return None;
     }
@@ -227,6 +232,9 @@ fn by_determinants(pool: &mut Algebra<'_>, rows: &[Vec<ExprId>], bound: &[usize]
         rows.iter().map(|row| bound.iter().map(|own| row[column(own)]).collect()).collect()
     };
     let whole = pool.short(|pool| determinant(pool, &block(bound[0], bound[0])));
+    if !is_pivot(pool, whole) {
+        return None;
+    }
     let mut solved = Vec::new();
     for own in bound {
         let mut entries = Vec::new();
